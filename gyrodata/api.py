@@ -225,7 +225,7 @@ def notebook_html(analysis: results.Analysis) -> str:
     parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
     words = escape(figures.alternatives(analysis)["torque"])
     # With `faults`, a figure that cannot be drawn is left out without an error.
-    drawn = figures.render(analysis, "svg", names=("torque",), faults={})
+    drawn = figures.render(analysis, ["svg"], names=("torque",), faults={})["svg"]
     if "torque" in drawn:
         image = b64encode(drawn["torque"]).decode()
         source = f"data:image/svg+xml;base64,{image}"

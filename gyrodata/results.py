@@ -156,16 +156,16 @@ def is_wide(answer: Result) -> bool:
 UNITS_OF_RUNS = {
     "mass": "kg",
     "position": "m",
-    "torque": "N m",
+    "torque": "N*m",
     "spin": "rad/s",
     "time": "s",
     "precession_rate": "rad/s",
     "period": "s",
     "product": "rad^2/s^2",
-    "inertia": "kg m^2",
+    "inertia": "kg*m^2",
     "residual": "s",
     "residual_u": "s",
-    "influence": "kg m^2",
+    "influence": "kg*m^2",
 }
 """Units of the columns of `Analysis.runs` that have one."""
 

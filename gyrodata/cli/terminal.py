@@ -254,10 +254,10 @@ def _wrapped(line: str) -> str:
 
     The last column of a table goes on below its first word.
     """
-    from gyrodata.reporting.values import display_width
+    from rich.cells import cell_len
 
     width = shutil.get_terminal_size().columns
-    if display_width(line) <= width:
+    if cell_len(line) <= width:
         return line
     indent = len(line) - len(line.lstrip()) + 2
     starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]

@@ -13,11 +13,10 @@ from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import models
 from gyrodata.readings import kind_of_role, listing
-from gyrodata.reporting import elements, questions, values
+from gyrodata.reporting import elements, questions
 from gyrodata.reporting.elements import (
     Head,
     Numbers,
-    Picture,
     Section,
     Sentence,
     Styled,
@@ -27,7 +26,17 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import ALL_FIGURES, FIGURES
+from gyrodata.reporting.figures import picture
+from gyrodata.reporting.values import (
+    FREE_FALL,
+    IN_U,
+    KILOGRAM,
+    METRE,
+    NUMBER,
+    PERCENT,
+    SECOND,
+    Scale,
+)
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 
 NOTICEABLE = 1.15
@@ -73,43 +82,44 @@ BYLINE = (
 def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
-    answer = n.answer()
     runs = n.count("/input.rows", "run")
     size = say("{}, {}", runs, n.count("torques.length", "torque"))
     kind = "worksheet" if questions.is_worksheet(analysis) else "report"
     return elements.Report(
         numbers=n,
-        name=analysis.name,
         size=size,
         title=say("Gyroscope lab {}: {}, {}", kind, analysis.name, size),
         byline=_byline(analysis),
         read_as=_read_as(n),
         doubts=tuple(_doubts(n)),
         warnings=tuple(_warnings(n)),
-        answer=answer,
+        answer=n.answer(),
         top=tuple(_top(n)),
-        brief=tuple(_brief(n)),
-        sections=tuple(_sections(n, answer)),
+        sections=tuple(_sections(n)),
     )
 
 
-def _sections(n: Numbers, answer: Sentence) -> Iterator[Section]:
+def _sections(n: Numbers) -> Iterator[Section]:
     analysis = n.analysis
-    yield from questions.answer(n, answer, _agreement(n), _fit_quality(n))
+    yield from questions.answer(n, _agreement(n), _fit_quality(n))
     yield Section("Runs", tuple(_runs(n)), "runs")
     if analysis.blocks:
-        yield Section("Days and groups", _days(n), "days")
+        yield Section("Days and groups", tuple(_days(n)), "days")
     yield Section("Uncertainty budget", tuple(_budget(n)), "uncertainty")
     if not questions.is_worksheet(analysis):
         yield Section("How to improve the next lab", _advice(analysis), "advice")
-    yield Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True)
-    yield Section("Three fits side by side", tuple(_fits(n)), "fits", True)
-    yield Section("Effects considered", _effects(n), "effects", True)
-    yield questions.others(n)
-    yield Section("Diagnostics", _diagnostics(n), "diagnostics", True)
-    yield Section("Method and how to cite it", tuple(_method(n)), "method", True)
-    yield Section("Provenance", (_provenance(n),), "provenance", True)
-    yield Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True)
+    details = (
+        ("Sensitivity to assumptions", _sensitivity(n), "sensitivity"),
+        ("Three fits side by side", _fits(n), "fits"),
+        ("Effects considered", _effects(n), "effects"),
+        ("The other questions", questions.others(n), "others"),
+        ("Diagnostics", _diagnostics(n), "diagnostics"),
+        ("Method and how to cite it", _method(n), "method"),
+        ("Provenance", _provenance(n), "provenance"),
+        ("Conventions", _pairs(CONVENTIONS), "conventions"),
+    )
+    for title, blocks, anchor in details:
+        yield Section(title, tuple(blocks), anchor, folded=True)
 
 
 # --- the first screen ---
@@ -117,12 +127,8 @@ def _sections(n: Numbers, answer: Sentence) -> Iterator[Section]:
 
 def _byline(analysis: Analysis) -> Sentence:
     """Show who made the log, if it says so."""
-    known = {key.lower(): key for key in analysis.readings.metadata}
-    lines = []
-    for name in BYLINE:
-        if name in known:
-            text = analysis.readings.metadata[known[name]]
-            lines.append(f"{known[name].capitalize()}: {text}")
+    known = {key.lower(): text for key, text in analysis.readings.metadata.items()}
+    lines = [f"{name.capitalize()}: {known[name]}" for name in BYLINE if name in known]
     return say("{}", " · ".join(lines))
 
 
@@ -131,24 +137,24 @@ def _read_as(n: Numbers) -> Sentence:
     runs = n.analysis.run_table
     i = next(i for i, run in enumerate(runs) if run.torque)
     run = runs[i]
-    at = f"runs.{i}"
-    torque = n.value(f"{at}.torque", n.torque)
+    here = n.run(i)
+    torque = here.value("torque")
     load = say("a torque of {}", torque)
     follows: Sentence = ()
     if run.mass is not None:
         follows = say(": {}", torque)
         if run.position is not None:
-            load = say("{} from the centre", n.hung(i, at))
+            load = say("{} from the centre", here.hung(i))
     timed: Sentence = ()
     if n.analysis.measurements.timed:
         digits, noun = turn_words(run.turns).split(" ")
-        turns = n.number(f"{at}.turns", digits)
-        timed = say(", {} {} in {}", turns, noun, n.reading(i, "time", values.SECOND))
-    number = n.number(f"{at}.run")
-    spin = n.reading(i, "spin", values.RPM)
-    period = n.value(f"{at}.period", values.SECOND)
+        turns = here.number("turns", digits)
+        time = n.reading(i, "time")
+        timed = say(", {} {} in {}", turns, noun, time)
+    spin = n.reading(i, "spin")
+    period = here.value("period")
     words = "Read as: run {}: {}, {}{}{}, one turn in {}."
-    return say(words, number, load, spin, timed, follows, period)
+    return say(words, here.number("run"), load, spin, timed, follows, period)
 
 
 def _doubts(n: Numbers) -> Iterator[Sentence]:
@@ -181,7 +187,7 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
     inertia = analysis.inertia
     # If the interval is wide, it is the answer itself.
     if inertia.interval_95 is not None and not is_wide(inertia):
-        interval = n.interval("inertia.interval_95", n.inertia)
+        interval = n.interval()
         k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
@@ -189,25 +195,30 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph(SENTENCES["answer_here"])
 
 
-def _brief(n: Numbers) -> Iterator[Sentence]:
+def brief(n: Numbers) -> Iterator[Sentence]:
     """Write the sentences below the answer in the terminal."""
     analysis = n.analysis
     yield say("{}{}", _agreement(n), _largest_part(n))
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
-    inertia = n.value("inertia.value", n.inertia)
+    inertia = n.value("inertia.value")
     if is_wide(analysis.inertia):
         yield say(SENTENCES["median"], inertia=inertia)
     elif analysis.inertia.interval_95 is not None:
-        interval = n.interval("inertia.interval_95", n.inertia)
-        m0 = n.value("residual_torque.value", n.torque)
-        of_m0 = "mean of the days" if analysis.blocks else "included in the fit"
+        interval = n.interval()
+        m0 = n.value("residual_torque.value")
+        of_m0 = "included in the fit"
+        if analysis.blocks:
+            of_m0 = "mean of the days"
         words = "95 % interval: {}; torque without a weight M0 = {} ({})"
         yield say(words, interval, m0, of_m0)
     if analysis.blocks:
         names = listing([block.name for block in analysis.blocks])
         yield say("{}: each has its own M0. {}", names, _days_agree(n))
-    yield (NO_BALL,) if analysis.ball is None else questions.compare_with_ball(n)
+    if analysis.ball is None:
+        yield (NO_BALL,)
+    else:
+        yield questions.compare_with_ball(n)
     yield from _to_repeat(n)
     if analysis.advice and not analysis.doubts:
         yield say("To improve (optional): {}", analysis.advice[0])
@@ -253,8 +264,8 @@ def _far(analysis: Analysis) -> list[int]:
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
-    number = n.number(f"runs.{i}.run")
-    return say("run {} (line {})", number, n.number(f"runs.{i}.line"))
+    here = n.run(i)
+    return say("run {} (line {})", here.number("run"), here.number("line"))
 
 
 def _fate(analysis: Analysis, i: int) -> str:
@@ -283,7 +294,7 @@ def _agreement(n: Numbers) -> Sentence:
         return say("{} agree badly with one straight line", runs)
     stated: elements.Part = "the log"
     if analysis.measurements.time_u is not None:
-        stated = n.value("goodness.time_u", values.SECOND)
+        stated = n.value("goodness.time_u", SECOND)
     scatter = n.scatter("goodness.scatter")
     in_u = scatter_in_u(analysis.constancy, analysis.measurements)
     words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
@@ -295,7 +306,7 @@ def _largest_part(n: Numbers) -> Sentence:
     sentence: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
         percent = f"{100 * share.share:.0f}"
-        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
+        part = n.number(f"budget.{i}.share", percent, PERCENT)
         is_balance = share.source == "residual_torque"
         if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
@@ -340,7 +351,9 @@ def _fit_quality(n: Numbers) -> Sentence:
     if n.analysis.p is None:
         return say(SENTENCES["no_quality"])
     chi2 = n.analysis.fit.chi2
-    digits = f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"
+    digits = f"{chi2:.3g}"
+    if chi2 >= 1000:
+        digits = f"{chi2:.0f}"
     return say(
         SENTENCES["quality"],
         p=n.p("goodness.p"),
@@ -359,17 +372,17 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
     if far := _far(analysis):
         yield Text((_worth_repeating(n, far),))
-    yield Picture("residuals", FIGURES["residuals"].caption)
+    yield picture("residuals")
     heads = (
-        Head("run"),
-        Head("line", values.NUMBER),
-        Head("load"),
-        Head("spin", values.RPM),
-        Head("time", values.SECOND),
-        Head("turns", values.NUMBER),
-        Head("period τ", values.SECOND),
-        Head("φ̇ψ̇", values.PRODUCT),
-        Head("residual", values.IN_U),
+        "run",
+        "line",
+        "load",
+        "spin",
+        "time",
+        "turns",
+        "period τ",
+        "φ̇ψ̇",
+        "residual",
         Head("remark", wrap=0.2),
     )
     rows: list[tuple[elements.Cell, ...]] = [()] * len(analysis.run_table)
@@ -380,19 +393,18 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
 
 
 def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
-    run = n.analysis.run_table[i]
-    at = f"runs.{i}"
-    turns = turn_words(run.turns).split(" ")[0]
+    here = n.run(i)
+    turns, _ = turn_words(here.find("turns")).split(" ")
     return (
-        (n.number(f"{at}.run"),),
-        n.number(f"{at}.line"),
+        (here.number("run"),),
+        here.number("line"),
         load,
-        n.reading(i, "spin", values.RPM),
-        n.reading(i, "time", values.SECOND),
-        n.number(f"{at}.turns", turns),
-        n.value(f"{at}.period", values.SECOND),
-        n.value(f"{at}.product", values.PRODUCT),
-        n.cell(n.shift, f"{at}.studentized_residual"),
+        n.reading(i, "spin"),
+        n.reading(i, "time"),
+        here.number("turns", turns),
+        here.value("period"),
+        here.value("product"),
+        here.cell("studentized_residual", here.shift),
         _remark(n, i) or None,
     )
 
@@ -411,21 +423,23 @@ def _remark(n: Numbers, i: int) -> Sentence:
 
 
 def _budget(n: Numbers) -> Iterator[elements.Block]:
-    budget = n.analysis.budget
     rows = []
-    for i, share in enumerate(budget):
-        percent = f"{100 * share.share:.1f}"
-        if share.share < 5e-4:
+    for here in n.each("budget"):
+        share = here.find("share")
+        percent = f"{100 * share:.1f}"
+        if share < 5e-4:
             percent = "< 0.1"
-        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
-        u = n.scatter(f"budget.{i}.u_inertia", n.inertia)
-        shared_by = share.shared_by if share.shared else "each run its own"
-        name = source_words(share.source)
-        rows.append((say("{}", name), part, u, say("{}", shared_by)))
+        part = here.number("share", percent, PERCENT)
+        u = here.scatter("u_inertia", n.inertia)
+        runs = here.find("shared_by")
+        if not here.find("shared"):
+            runs = "each run its own"
+        name = source_words(here.find("source"))
+        rows.append((name, part, u, runs))
     heads = (
         Head("component", wrap=0.28),
-        Head("share of the variance", values.PERCENT, bars=True),
-        Head("u of I_zz", n.inertia),
+        Head("share of the variance", bars=True),
+        "u of I_zz",
         Head("shared by", wrap=0.25),
     )
     if rows:
@@ -435,7 +449,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     if assumed := defaults_used(n.analysis):
         yield paragraph(SENTENCES["defaults"])
         lines = [(Styled(line, "code"),) for line in assumed]
-        yield Text(tuple(lines), "list")
+        yield Text(lines, "list")
     if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
 
@@ -453,35 +467,25 @@ def defaults_used(analysis: Analysis) -> list[str]:
 
 def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
     """List what would make the next lab better."""
-    advice = tuple((item,) for item in analysis.advice)
+    advice = [(item,) for item in analysis.advice]
     if advice:
         return (Text(advice, "numbered"),)
     return (paragraph("No single change would help much."),)
 
 
-def _days(n: Numbers) -> tuple[elements.Block, ...]:
+def _days(n: Numbers) -> Iterator[elements.Block]:
     """Compare the days or groups: each alone, and its M0 in the fit of all."""
-    blocks = n.analysis.blocks
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, block in enumerate(blocks):
-        at = f"blocks.{i}"
-        alone = n.cell(n.value, f"{at}.inertia.value", n.inertia)
-        m0 = n.value(f"{at}.residual_torque.value", n.torque)
-        runs = n.number(f"{at}.runs")
-        inertia = alone or say("not determined")
-        rows.append((say("{}", block.name), runs, inertia, m0))
-    heads = (
-        Head("day or group"),
-        Head("runs", values.NUMBER),
-        _drawn(n),
-        Head("M0", n.torque),
-    )
+    for here in n.each("blocks"):
+        alone = here.cell("inertia.value")
+        m0 = here.value("residual_torque.value")
+        inertia = alone or "not determined"
+        rows.append((here.find("name"), here.number("runs"), inertia, m0))
+    heads = "day or group", "runs", _compared(n), "M0"
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
-    return (
-        Text((_days_agree(n),)),
-        table(heads, rows, caption, main=0),
-        Picture("days", ALL_FIGURES["days"].caption),
-    )
+    yield Text((_days_agree(n),))
+    yield table(heads, rows, caption, main=0)
+    yield picture("days")
 
 
 def _days_agree(n: Numbers) -> Sentence:
@@ -490,82 +494,70 @@ def _days_agree(n: Numbers) -> Sentence:
     if agreement is None:
         return say("The days or groups cannot be compared.")
     p = n.p("blocks_agreement.p")
-    if agreement.p > DISAGREE:
-        return say("The days or groups agree ({} if I_zz is the same).", p)
-    return say("The days or groups disagree ({} if I_zz is the same).", p)
+    agree = "agree" if agreement.p > DISAGREE else "disagree"
+    return say("The days or groups {} ({} if I_zz is the same).", agree, p)
 
 
 # --- details ---
 
 
-def _drawn(n: Numbers) -> Head:
-    """Return the head of a column of I_zz, drawn against that of the answer."""
-    value = n.analysis.inertia.value
-    u = n.analysis.inertia.u or 0.0
-    return Head("I_zz", n.inertia, band=(value - u, value + u))
+def _compared(n: Numbers) -> Head:
+    """Return the head of a column of I_zz, drawn next to that of the answer."""
+    inertia = n.analysis.inertia
+    return Head("I_zz", compared=(inertia.value, inertia.u or 0.0))
 
 
-def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
-    cases = n.analysis.sensitivity
-    if not cases:
-        return ()
-    fitted = n.value("inertia.value", n.inertia)
-    rows: list[tuple[elements.Cell, ...]] = [(say("no change"), fitted, None)]
-    for i, case in enumerate(cases):
-        at = f"sensitivity.{i}"
-        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
-        inertia = value or say("no answer")
-        shift = n.cell(n.shift, f"{at}.deviation")
-        rows.append((say("{}", case.words), inertia, shift))
-    heads = Head("if"), _drawn(n), Head("shift", values.IN_U)
+def _sensitivity(n: Numbers) -> Iterator[elements.Block]:
+    fitted = n.value("inertia.value")
+    rows: list[tuple[elements.Cell, ...]] = [("no change", fitted, None)]
+    for here in n.each("sensitivity"):
+        inertia = here.cell("inertia.value")
+        shift = here.cell("deviation", here.shift)
+        rows.append((here.find("words"), inertia or "no answer", shift))
     caption = "I_zz after one change; the shift is in units of u"
-    return (table(heads, rows, caption, main=0),)
+    if len(rows) > 1:
+        yield table(("if", _compared(n), "shift"), rows, caption, main=0)
 
 
 def _fits(n: Numbers) -> Iterator[elements.Block]:
-    fits = n.analysis.fits
     rows: list[tuple[elements.Cell, ...]] = []
     notes = []
-    for i, fit in enumerate(fits):
-        at = f"fits.{i}"
-        name = FIT_NAMES[fit.name]
-        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
-        intercept = n.cell(n.value, f"{at}.constant.value", n.torque)
+    for here in n.each("fits"):
+        name = FIT_NAMES[here.find("name")]
+        value = here.cell("inertia.value")
+        intercept = here.cell("constant.value")
         if value and not intercept:
-            intercept = say("assumed 0")
+            intercept = "assumed 0"
         away: elements.Cell = None
-        if fit.deviation is not None:
-            shift = n.shift(f"{at}.deviation")
-            away = say("{} ({})", shift, n.percent(f"{at}.difference"))
-        inertia = value or say("not possible")
-        rows.append((say("{}", name), inertia, intercept, away))
-        notes.append(say("{}: {}", Styled(name, "strong"), fit.note))
+        if here.find("deviation") is not None:
+            difference = here.percent("difference")
+            away = say("{} ({})", here.shift("deviation"), difference)
+        rows.append((name, value or "not possible", intercept, away))
+        notes.append(say("{}: {}", Styled(name, "strong"), here.find("note")))
     heads = (
-        Head("fit"),
-        _drawn(n),
-        Head("intercept −M0", n.torque),
-        Head("from recommended", values.NUMBER),
+        "fit",
+        _compared(n),
+        "intercept −M0",
+        Head("from recommended", NUMBER),
     )
     caption = "The recommended fit, and the lines of the textbook"
     yield table(heads, rows, caption, main=0)
-    yield Text(tuple(notes), "list")
+    yield Text(notes, "list")
 
 
-def _effects(n: Numbers) -> tuple[elements.Block, ...]:
+def _effects(n: Numbers) -> Iterator[elements.Block]:
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, effect in enumerate(n.analysis.effects):
+    for effect, here in zip(n.analysis.effects, n.each("effects"), strict=True):
         size: elements.Cell = None
         if effect.size is not None:
-            text = _size_text(effect.size)
-            size = n.number(f"effects.{i}.size", text, values.IN_U)
-        change = n.cell(n.percent, f"effects.{i}.bias")
-        name = say("{}", changes.effect_words(effect.effect))
-        verdict = say(_verdict(effect))
-        rows.append((name, change, size, verdict, say("{}", effect.reason)))
+            size = here.number("size", _size_text(effect.size), IN_U)
+        change = here.cell("bias", here.percent)
+        name = changes.effect_words(effect.effect)
+        rows.append((name, change, size, _verdict(effect), effect.reason))
     heads = (
         Head("effect", wrap=0.2),
-        Head("change of I_zz", values.PERCENT),
-        Head("size", values.IN_U),
+        "change of I_zz",
+        "size",
         Head("verdict", wrap=0.12),
         Head("why", wrap=0.3, page_only=True),
     )
@@ -573,10 +565,8 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     if n.analysis.lab.asked:
         choice = "as asked"
     caption = "Change of I_zz if the effect is ignored, in % and in units of u"
-    return (
-        paragraph("Model: {}, {}.", n.analysis.model.words, choice),
-        table(heads, rows, caption),
-    )
+    yield paragraph("Model: {}, {}.", n.analysis.model.words, choice)
+    yield table(heads, rows, caption)
 
 
 def _size_text(size: float) -> str:
@@ -599,7 +589,7 @@ def _verdict(effect: changes.Effect) -> str:
     return "left out"
 
 
-def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
+def _diagnostics(n: Numbers) -> Iterator[elements.Block]:
     """List every message about the log, with its remedy."""
     lines = []
     for i, finding in enumerate(n.analysis.diagnostics):
@@ -608,20 +598,20 @@ def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
         hint = f"; {finding.hint}" if finding.hint else ""
         lines.append(say("{}{}: {}{}", code, _place(n, i), finding.message, hint))
     if lines:
-        return (Text(tuple(lines), "list"),)
-    return (paragraph("None."),)
+        yield Text(lines, "list")
+    else:
+        yield paragraph("None.")
 
 
 def _place(n: Numbers, i: int) -> Sentence:
     """Write the place of a diagnostic in the log: " (line 5, column 3)"."""
-    finding = n.analysis.diagnostics[i]
-    at = f"/diagnostics.{i}"
-    if not finding.line:
+    here = n.at(f"/diagnostics.{i}")
+    if not here.find("line"):
         return ()
     column: Sentence = ()
-    if finding.column:
-        column = say(", column {}", n.number(f"{at}.column"))
-    return say(" (line {}{})", n.number(f"{at}.line"), column)
+    if here.find("column"):
+        column = say(", column {}", here.number("column"))
+    return say(" (line {}{})", here.number("line"), column)
 
 
 def _method(n: Numbers) -> Iterator[elements.Block]:
@@ -644,19 +634,19 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     theory = Styled("gyro explain theory", "code")
     more = say("More: {} and {}; and in:", statistics, theory)
     yield Text((fitted, cite, more))
-    references = tuple((line,) for line in questions.WORDS["references"]["list"])
-    yield Text(references, "list")
+    references = questions.WORDS["references"]["list"]
+    yield Text([(line,) for line in references], "list")
 
 
 UNITS_OF_CONSTANTS = {
-    "acceleration": values.FREE_FALL,
-    "angle": values.Scale("deg", r"\degree", math.radians(1)),
-    "length": values.METRE,
-    "mass": values.KILOGRAM,
+    "acceleration": FREE_FALL,
+    "angle": Scale("deg", r"\degree", math.radians(1)),
+    "length": METRE,
+    "mass": KILOGRAM,
 }
 
 
-def _provenance(n: Numbers) -> Text:
+def _provenance(n: Numbers) -> Iterator[elements.Block]:
     """List the version, the log, the options and the constants."""
     analysis = n.analysis
     facts: dict[str, elements.Part] = {
@@ -679,9 +669,9 @@ def _provenance(n: Numbers) -> Text:
     return _pairs(facts)
 
 
-def _pairs(facts: Mapping[str, elements.Part]) -> Text:
+def _pairs(facts: Mapping[str, elements.Part]) -> Iterator[elements.Block]:
     lines = []
     for key, fact in facts.items():
         name = key.replace("_", " ")
         lines.append(say("{}: {}", name, fact))
-    return Text(tuple(lines), "list")
+    yield Text(lines, "list")

@@ -16,26 +16,10 @@ from msgspec.structs import astuple
 from gyrodata.base.errors import PICTURES, Diagnostic
 from gyrodata.judging.tables import Run
 from gyrodata.physics import RPM
-from gyrodata.results import Analysis, round_digits
+from gyrodata.results import UNITS_OF_RUNS, Analysis, round_digits
 
 if TYPE_CHECKING:
     from jinja2 import Environment
-
-RUN_UNITS = {
-    "mass": "kg",
-    "position": "m",
-    "torque": "N*m",
-    "spin": "rad/s",
-    "time": "s",
-    "precession_rate": "rad/s",
-    "period": "s",
-    "product": "rad^2/s^2",
-    "inertia": "kg*m^2",
-    "residual": "s",
-    "residual_u": "s",
-    "influence": "kg*m^2",
-}
-"""Unit of each column of the table of runs."""
 
 _SIGN = r"[=+\-@＝＋－＠]"
 _FORMULA = rf"(^(?=[\s\"]*{_SIGN})|[;\n\t](?=(?:[^\S\n]|\")*{_SIGN}))|^(?=[\t\n])"
@@ -44,6 +28,19 @@ delimiters of other countries."""
 
 
 _AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
+
+
+def filled(
+    template: str,
+    filters: Mapping[str, Any],
+    signs: Mapping[str, str] = {},
+    **content: object,
+) -> str:
+    """Fill a template of this folder, with at most one empty line between lines."""
+    room = templates(Path(__file__).parent, **signs)
+    room.filters |= filters
+    text = room.get_template(template).render(**content)
+    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
 def templates(folder: Path, **signs: str) -> Environment:
@@ -81,7 +78,7 @@ def table_header(table: str) -> str:
         return ",".join(_LOG_COLUMNS) + "\n"
     heads = ["log"]
     for name in Run.__struct_fields__:
-        unit = f" [{RUN_UNITS[name]}]" if name in RUN_UNITS else ""
+        unit = f" [{UNITS_OF_RUNS[name]}]" if name in UNITS_OF_RUNS else ""
         heads.append(f"{name}{unit}")
         if name == "spin":
             heads.append("spin [rpm]")
@@ -105,7 +102,7 @@ def table_rows(analysis: Analysis, table: str) -> str:
     result = document["result"]
     row = {**document["input"], **result, **result["goodness"]}
     for name in _QUANTITIES:
-        quantity = result[name] or {}
+        quantity = result[name]
         low, high = quantity.get("interval_95") or (None, None)
         quantity = {**quantity, "interval_95_low": low, "interval_95_high": high}
         for part in _PARTS:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import copy
 from string import Formatter
 from typing import Any
 
@@ -19,7 +20,7 @@ from msgspec.structs import replace
 
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
-from gyrodata.results import Analysis, is_wide
+from gyrodata.results import UNITS_OF_RUNS, Analysis, is_wide
 
 
 class Number(Struct, frozen=True):
@@ -82,7 +83,7 @@ Part = str | Number | Styled | Mark
 Sentence = tuple[Part, ...]
 NOTHING: Sentence = ("–",)
 """An empty cell in a column of numbers."""
-Cell = Number | Sentence | None
+Cell = Number | Sentence | str | None
 """What a column contains in one row; None if it has nothing to say."""
 
 
@@ -143,14 +144,15 @@ class Head(Struct, frozen=True):
 
     words: str
     scale: Scale | None = None
-    """Unit of the numbers in the column; None for a column of texts."""
+    """Unit of the numbers in the column; None for a column of texts. The first cell
+    that is a number sets it."""
     wrap: float = 0.0
     """Part of the line that a column of long texts may use; 0 for a column as wide as
     its cells."""
     bars: bool = False
     """True if the page draws the values, from 0 to 1, as bars next to the column."""
-    band: tuple[float, float] | None = None
-    """The interval behind the values ± u that the page draws next to the column."""
+    compared: tuple[float, float] | None = None
+    """A value and its u: the page draws each number of the column next to them."""
     page_only: bool = False
     """True if the column is too wide for a terminal."""
 
@@ -162,17 +164,17 @@ class Head(Struct, frozen=True):
 class Table(Struct, frozen=True):
     """A table with one row of heads."""
 
-    heads: tuple[Head, ...]
-    rows: tuple[tuple[Sentence, ...], ...]
+    heads: Sequence[Head]
+    rows: Sequence[Sequence[Sentence]]
     caption: str
     main: int | None = None
     """The most important row."""
-    odd: tuple[int, ...] = ()
+    odd: Sequence[int] = ()
     """Rows of suspected outliers."""
 
 
 def table(
-    heads: Sequence[Head],
+    heads: Sequence[Head | str],
     rows: Iterable[Sequence[Cell]],
     caption: str,
     main: int | None = None,
@@ -184,25 +186,32 @@ def table(
     """
     kept_heads = []
     columns = []
-    for head, *cells in zip(heads, *rows, strict=True):
-        if cells.count(None) < len(cells):
-            kept_heads.append(head)
-            columns.append([_in_column(cell, head) for cell in cells])
-    kept_rows = zip(*columns, strict=True)
-    return Table(tuple(kept_heads), tuple(kept_rows), caption, main, tuple(odd))
+    for words, *cells in zip(heads, *rows, strict=True):
+        if cells.count(None) == len(cells):
+            continue
+        head = words if isinstance(words, Head) else Head(words)
+        numbers = [cell for cell in cells if isinstance(cell, Number)]
+        if numbers:
+            head = replace(head, scale=numbers[0].scale)
+        kept_heads.append(head)
+        columns.append([_in_column(cell, head) for cell in cells])
+    kept_rows = list(zip(*columns, strict=True))
+    return Table(kept_heads, kept_rows, caption, main, odd)
 
 
 def _in_column(cell: Cell, head: Head) -> Sentence:
     """Write a cell; the head of its column contains the unit."""
     if isinstance(cell, Number):
         return (replace(cell, unit=False),)
+    if isinstance(cell, str):
+        return (cell,)
     return cell or NOTHING * bool(head.scale)
 
 
 class Text(Struct, frozen=True):
     """Paragraphs, or the items of a list."""
 
-    sentences: tuple[Sentence, ...]
+    sentences: Sequence[Sentence]
     kind: str = ""
     """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task".
     """
@@ -245,7 +254,6 @@ class Report(Struct, frozen=True):
     """Everything that is said of one analysis."""
 
     numbers: Numbers
-    name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""
     title: Sentence
@@ -260,8 +268,6 @@ class Report(Struct, frozen=True):
     answer: Sentence
     top: tuple[Block, ...]
     """Below the answer, before the first section."""
-    brief: tuple[Sentence, ...]
-    """Below the answer in the terminal."""
     sections: tuple[Section, ...]
 
 
@@ -277,17 +283,40 @@ class Numbers:
     def __init__(self, analysis: Analysis) -> None:
         self.analysis = analysis
         self.document = analysis.to_dict()
+        self.record: Any = self.document["result"]
+        self.above = ""
         self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
         # One unit for all torques, so that they can be compared.
         largest = max(abs(run.torque) for run in analysis.run_table)
         self.torque = values.torque_scale(largest)
+        self.scales = {
+            "kg*m^2": self.inertia,
+            "N*m": self.torque,
+            "rad^2/s^2": values.PRODUCT,
+            "kg*m^2/s": values.ANGULAR_MOMENTUM,
+            "rad/s": values.RATE,
+            "s": values.SECOND,
+            "1": NUMBER,
+        }
+
+    def at(self, place: str) -> Numbers:
+        """Return the numbers of one record, with their places below it."""
+        numbers = copy(self)
+        numbers.record = self.find(place)
+        numbers.above = f"{self.above}{place}."
+        return numbers
+
+    def each(self, place: str) -> Iterator[Numbers]:
+        """Yield the numbers of each record of a list."""
+        for i in range(len(self.find(place))):
+            yield self.at(f"{place}.{i}")
 
     def find(self, place: str) -> Any:
         """Return what results.json contains at a place; "length" counts a list.
 
         The parts of null are null too.
         """
-        value: Any = self.document if place.startswith("/") else self.document["result"]
+        value: Any = self.document if place.startswith("/") else self.record
         for key in place.removeprefix("/").split("."):
             if key == "length":
                 return len(value)
@@ -296,12 +325,21 @@ class Numbers:
             value = value[int(key) if isinstance(value, list) else key]
         return value
 
-    def cell(self, show: Callable[..., Cell], place: str, *scale: Scale) -> Cell:
-        """Show what is at a place with a method of this class; None if it is null."""
-        return None if self.find(place) is None else show(place, *scale)
+    def cell(
+        self, place: str, show: Callable[..., Cell] | None = None, *scale: Scale
+    ) -> Cell:
+        """Show the value at a place, or with another method; None if it is null."""
+        if self.find(place) is None:
+            return None
+        method: Callable[..., Cell] = show or self.value
+        return method(place, *scale)
 
     def value(
-        self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0
+        self,
+        place: str,
+        scale: Scale | None = None,
+        u: bool = True,
+        step: float = 0.0,
     ) -> Number:
         """Show the value at a place with its standard uncertainty.
 
@@ -311,8 +349,8 @@ class Numbers:
         ----------
         place : str
             A number in SI units; its standard uncertainty is next to it.
-        scale : Scale
-            The unit to use.
+        scale : Scale, optional
+            The unit to use; by default that of the estimate or of the column of runs.
         u : bool
             False to omit the standard uncertainty.
         step : float
@@ -323,29 +361,39 @@ class Numbers:
         Number
         """
         value = self.find(place)
-        above, _, last = place.rpartition(".")
-        key = "u" if last in ("value", "exponent") else f"{last}_u"
-        spread = self.find(above).get(key) if u and above else None
+        record, _, name = place.rpartition(".")
+        of_value = "u" if name in ("value", "exponent") else f"{name}_u"
+        there = self.find(record) if record else self.record
+        spread = there.get(of_value) if u else None
+        if scale is None:
+            unit = there.get("unit") or UNITS_OF_RUNS[name]
+            scale = self.scales[unit]
         if not spread:
             text = values.reading_text(value, scale.size, step)
             return self.number(place, text, scale)
         *digits, exponent = values.rounded(value, spread, scale.size)
-        places = place, f"{above}.{key}"
+        above = self.above + place.removesuffix(name)
+        places = above + name, above + of_value
         size = scale.size * 10.0**exponent
         return Number(tuple(digits), places, scale, size, exponent)
 
-    def reading(self, run: int, role: str, scale: Scale) -> Number:
+    def run(self, i: int) -> Numbers:
+        """Return the numbers of a run."""
+        return self.at(f"runs.{i}")
+
+    def reading(self, i: int, role: str) -> Number:
         """Show the spin or the time of a run with the digits of the log."""
-        place = f"runs.{run}.{role}"
+        run = self.run(i)
         column = self.analysis.readings.columns.get(role)
         step = 0.0
         if column is not None:
-            cell = column.values[run] or 0.0
+            cell = column.values[i] or 0.0
             # A mean of several readings has no digits of its own.
             # The numbers of the JSON have 12 digits.
-            if math.isclose(cell, self.find(place), rel_tol=1e-11):
-                step = column.steps[run]
-        return self.value(place, scale, step=step)
+            if math.isclose(cell, run.find(role), rel_tol=1e-11):
+                step = column.steps[i]
+        scale = values.RPM if role == "spin" else values.SECOND
+        return run.value(role, scale, step=step)
 
     def number(
         self, place: str, text: str | None = None, scale: Scale = NUMBER
@@ -353,7 +401,7 @@ class Numbers:
         """Show the number or name at a place as a text; as it is without a text."""
         if text is None:
             text = str(self.find(place))
-        return Number((text,), (place,), scale, scale.size)
+        return Number((text,), (self.above + place,), scale, scale.size)
 
     def scatter(self, place: str, scale: Scale = NUMBER) -> Number:
         """Show an uncertainty or a scatter, with two digits."""
@@ -364,10 +412,13 @@ class Numbers:
         """Show the size of an end of an interval, with two digits."""
         end = self.find(place)
         text = values.uncertainty_text(abs(end), scale.size)
-        return Number((text,), (place,), scale, math.copysign(scale.size, end))
+        number = self.number(place, text, scale)
+        return replace(number, size=math.copysign(scale.size, end))
 
-    def interval(self, place: str, scale: Scale) -> Number:
-        """Show an interval: "4.32 to 4.56"."""
+    def interval(self) -> Number:
+        """Show the 95 % interval of I_zz: "4.32 to 4.56"."""
+        scale = self.inertia
+        place = "inertia.interval_95"
         low, high = self.find(place)
         ends = values.interval_ends(low, high, scale.size)
         places = f"{place}.0", f"{place}.1"
@@ -375,8 +426,9 @@ class Numbers:
 
     def count(self, place: str, noun: str) -> Sentence:
         """Show a count with its noun: "10 runs"."""
-        nouns = noun if self.find(place) == 1 else f"{noun}s"
-        return say("{} {}", self.number(place), nouns)
+        if self.find(place) != 1:
+            noun += "s"
+        return say("{} {}", self.number(place), noun)
 
     def percent(self, place: str, sign: bool = True) -> Number:
         """Show a relative size: "+0.03 %"."""
@@ -395,7 +447,8 @@ class Numbers:
     def shift(self, place: str) -> Number:
         """Show a difference in standard uncertainties: "-2.5 u"."""
         size = self.find(place)
-        text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
+        decimals = 1 if abs(size) < 10 else 0
+        text = f"{size:+.{decimals}f}"
         if float(text) == 0:
             # Zero has no sign.
             text = text[1:]
@@ -408,34 +461,33 @@ class Numbers:
         """
         analysis = self.analysis
         if not is_wide(analysis.inertia):
-            return say("I_zz = {}", self.value("inertia.value", self.inertia))
-        interval = self.interval("inertia.interval_95", self.inertia)
+            return say("I_zz = {}", self.value("inertia.value"))
+        interval = self.interval()
         if analysis.if_balanced is None or analysis.measurements.balanced is False:
             return say("I_zz = {} (95 % interval)", interval)
-        balanced = self.value("if_balanced.value", self.inertia)
+        balanced = self.value("if_balanced.value")
         words = (
             "I_zz = {} (± u) if the ball was balanced as the sheet asks; if not, {} "
             "(95 % interval)"
         )
         return say(words, balanced, interval)
 
-    def hung(self, run: int, place: str) -> Sentence:
-        """Show the mass and the position of a run with the digits of the log.
+    def hung(self, run: int) -> Sentence:
+        """Show the mass and the position of a record with the digits of a run's log.
 
         An example is "20.00 g at 15.0 cm".
         """
         measured = self.analysis.measurements
-        at_mass = f"{place}.mass"
-        grams = values.mass_scale(self.find(at_mass))
-        mass = self.value(at_mass, grams, step=measured.mass_step[run])
+        grams = values.mass_scale(self.find("mass"))
+        mass = self.value("mass", grams, step=measured.mass_step[run])
         step = measured.position_step[run]
-        arm = self.value(f"{place}.position", values.CENTIMETRE, step=step)
+        arm = self.value("position", values.CENTIMETRE, step=step)
         return say("{} at {}", mass, arm)
 
     def load(self, group: int) -> Sentence:
         """Show the load of a torque, or the torque if the log gives no load."""
         analysis = self.analysis
-        place = f"torques.{group}"
+        here = self.at(f"torques.{group}")
         torque = analysis.torques[group]
         runs = analysis.measurements.by_torque[group]
         mark = Mark(group)
@@ -445,6 +497,6 @@ class Numbers:
         if torque.torque == 0:
             return say("{}no weight{}", mark, behind)
         if torque.mass is None or torque.position is None:
-            size = self.value(f"{place}.torque", self.torque)
+            size = here.value("torque")
             return say("{}a torque of {}{}", mark, size, behind)
-        return say("{}{}{}", mark, self.hung(runs[0], place), behind)
+        return say("{}{}{}", mark, here.hung(runs[0]), behind)

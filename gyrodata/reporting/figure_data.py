@@ -9,10 +9,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from gyrodata.base import errors
 from gyrodata.judging.tables import Torque
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
-from gyrodata.reporting import values
 from gyrodata.reporting.elements import Numbers, Sentence, plain
 from gyrodata.results import Analysis
 
@@ -42,10 +42,16 @@ class Quantity(NamedTuple):
 
 
 class Group(Struct, frozen=True):
-    """The runs of one torque."""
+    """Runs that are drawn in one way."""
 
     look: Look
     members: list[int]
+    """Indices of the runs."""
+
+
+class TorqueGroup(Group, frozen=True):
+    """The runs of one torque."""
+
     summary: Torque
     mean: str
     """The mean of φ̇ψ̇ with u and unit."""
@@ -61,10 +67,13 @@ class Scene(Struct, frozen=True):
     """Slope of the fitted line, I_zz [kg*m^2]."""
     imbalance: float
     """M0 [N*m]."""
-    groups: tuple[Group, ...]
+    groups: Sequence[TorqueGroup]
+    """In the order of the table of torques."""
+    ranked: Sequence[TorqueGroup]
+    """The largest torque first."""
     names: tuple[str, ...]
-    hollow: NDArray[np.bool_]
-    """Flagged or left out."""
+    kept: NDArray[np.bool_]
+    """Neither flagged nor left out."""
     left_out: NDArray[np.bool_]
     """Not in the fit."""
     spin: Quantity
@@ -81,6 +90,11 @@ class Scene(Struct, frozen=True):
     """[unit]"""
     rest: Quantity
     """Torque minus the fitted line [unit]."""
+
+    @property
+    def hollow(self) -> NDArray[np.bool_]:
+        """The runs that are flagged or left out."""
+        return ~self.kept
 
 
 def gather(analysis: Analysis) -> Scene:
@@ -103,14 +117,16 @@ def gather(analysis: Analysis) -> Scene:
     rest = net_torque - slope * product
     rest_u = np.hypot(torque_u, slope * product_u)
     left_out = np.array([run.left_out for run in runs])
+    groups = tuple(_groups(numbers))
     return Scene(
         analysis=analysis,
         numbers=numbers,
         inertia=analysis.inertia.value,
         imbalance=analysis.residual_torque.value,
-        groups=tuple(_groups(numbers)),
+        groups=groups,
+        ranked=sorted(groups, key=lambda group: -group.summary.torque),
         names=tuple(short_name(run.run, 14) for run in runs),
-        hollow=left_out | [run.flagged for run in runs],
+        kept=~left_out & [not run.flagged for run in runs],
         left_out=left_out,
         spin=Quantity(spin, spin * spin_u),
         period=Quantity(period, period * time_u),
@@ -144,7 +160,7 @@ def list_looks(analysis: Analysis) -> tuple[Look, ...]:
     return tuple(group.look for group in _groups(Numbers(analysis)))
 
 
-def _groups(n: Numbers) -> Iterator[Group]:
+def _groups(n: Numbers) -> Iterator[TorqueGroup]:
     """Yield the runs of each torque, with the label, colour and marker of the torque."""
     torques = n.analysis.torques
     labels = [shown(n.load(i)) for i in range(len(torques))]
@@ -160,9 +176,9 @@ def _groups(n: Numbers) -> Iterator[Group]:
         if torque.torque:
             rank = by_torque.index(i)
             look = Look(label, colours[rank], MARKERS[rank % len(MARKERS)])
-        mean = n.value(f"torques.{i}.product.value", values.PRODUCT)
+        mean = n.value(f"torques.{i}.product.value")
         members = n.analysis.measurements.by_torque[i]
-        yield Group(look, members, torque, shown((mean,)))
+        yield TorqueGroup(look, members, torque, shown((mean,)))
 
 
 def _colours(count: int) -> Sequence[str]:
@@ -187,8 +203,7 @@ def shown(sentence: Sentence) -> str:
 
 def short_name(name: str, most: int) -> str:
     """Shorten a name from the log to one line of at most `most` characters."""
-    letters = [letter if letter.isprintable() else " " for letter in name]
-    text = " ".join("".join(letters).split())
+    text = errors.shown(name)
     if len(text) <= most:
         return text
     return f"{text[: most - 1]}…"

@@ -12,6 +12,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import cycle
 from pathlib import Path
 from textwrap import fill, shorten
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,12 +21,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from gyrodata.base import errors
 from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
+from gyrodata.reporting.elements import Picture
 from gyrodata.reporting.figure_data import (
     COLOURS,
     MARKERS,
     Group,
+    Look,
     Quantity,
     Scene,
     gather,
@@ -97,32 +101,38 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     # One turn without a weight may take an hour: such runs do not determine the limits.
     loaded = scene.torque.value != 0
     of_loaded = Quantity(scene.period.value[loaded], scene.period.u[loaded])
-    _, top = _limits(of_loaded, ~scene.hollow[loaded])
-    ax.set(xlim=(0.0, right), ylim=(0.0, top))
-    ax.set(xlabel=SPIN_AXIS, ylabel="precession period τ [s]")
+    _, top = _limits(of_loaded, scene.kept[loaded])
+    ax.set_xlim(0.0, right)
+    ax.set_ylim(0.0, top)
+    ax.set_xlabel(SPIN_AXIS)
+    ax.set_ylabel("precession period τ [s]")
     for group in scene.groups:
         m0 = scene.analysis.fit.balances[group.members[0]]
         net_torque = abs(group.summary.torque + m0)
         if group.summary.torque and net_torque:
             last = 2 * math.pi * scene.inertia * RPM * right / net_torque
             ax.plot((0.0, right), (0.0, last), color=group.look.colour)
-    _draw_runs(ax, scene, scene.spin, scene.period)
+    _draw_runs(ax, scene, scene.ranked, scene.spin, scene.period)
 
 
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
-    limits = _limits(scene.product, ~scene.hollow)
-    ax.set(xlim=(0.0, _right_end(scene)), ylim=limits)
-    ax.set(xlabel=SPIN_AXIS, ylabel="φ̇ψ̇ [rad²/s²]")
-    labels = {}
-    for group in scene.groups:
-        mean = group.summary.product.value
-        half = 2 * (group.summary.product.u or 0.0)
-        _draw_band(ax, mean, half, group.look.colour, 0.2)
-        labels[group.look.label] = f"{group.look.label}\n{group.mean}"
-    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    ax.set_xlim(0.0, _right_end(scene))
+    ax.set_ylim(_limits(scene.product, scene.kept))
+    ax.set_xlabel(SPIN_AXIS)
+    ax.set_ylabel("φ̇ψ̇ [rad²/s²]")
     few = len(scene.groups) <= 6
-    _draw_runs(ax, scene, scene.spin, scene.product, labels if few else {})
+    groups = []
+    for group in scene.ranked:
+        look = group.look
+        product = group.summary.product
+        half = 2 * (product.u or 0.0)
+        _draw_band(ax, product.value, half, look.colour, 0.2)
+        if few:
+            look = look._replace(label=f"{look.label}\n{group.mean}")
+        groups.append(Group(look, group.members))
+    _draw_zero(ax)
+    _draw_runs(ax, scene, groups, scene.spin, scene.product)
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
@@ -131,15 +141,17 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     The line through the origin is drawn as well.
     """
     x, line, (down, up) = _line(scene)
-    low, high = _limits(scene.torque, ~scene.hollow)
+    low, high = _limits(scene.torque, scene.kept)
     space = 0.02 * (high - low)
     low = min(low, float(line.min()) - space)
     high = max(high, float(line.max()))
-    ax.set(xlim=_ends(x), ylim=(low, high))
-    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"torque M [{scene.unit}]")
+    ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(low, high)
+    ax.set_xlabel(PRODUCT_AXIS)
+    ax.set_ylabel(f"torque M [{scene.unit}]")
     _fill_band(ax, x, line - down, line + up)
-    ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, scene.product, scene.torque)
+    _draw_zero(ax)
+    _draw_runs(ax, scene, scene.ranked, scene.product, scene.torque)
     ax.plot(x, line, color=INK, label="fitted line")
     _draw_origin(ax, scene, x, 0.0)
 
@@ -148,29 +160,34 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     """Draw the difference of each torque and the fitted line, on a larger scale."""
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
-    kept = ~scene.hollow | scene.hollow.all()
+    kept = scene.kept | scene.hollow.all()
     of_runs = np.abs(scene.rest.value) + scene.rest.u
     reach = float(of_runs[kept].max())
-    of_band = max(float(down.max()), float(up.max()))
+    of_band = max(down.max(), up.max())
     needed = min(max(reach, of_band), 2 * reach)
     limit = 1.1 * needed or 1.0
-    ax.set(xlim=_ends(x), ylim=(-limit, limit))
-    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − fit [{scene.unit}]")
+    ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(-limit, limit)
+    ax.set_xlabel(PRODUCT_AXIS)
+    ax.set_ylabel(f"M − fit [{scene.unit}]")
     _fill_band(ax, x, -down, up)
     ax.axhline(0.0, color=INK)
     _draw_origin(ax, scene, x, line)
-    _draw_runs(ax, scene, _without_u(scene.product.value), scene.rest)
+    product = _without_u(scene.product.value)
+    _draw_runs(ax, scene, scene.ranked, product, scene.rest)
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
     """Draw each time minus the prediction of the other runs, in the log's order."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
-    of_kept = np.abs(deviations[~scene.hollow])
+    of_kept = np.abs(deviations[scene.kept])
     limit = max(3.5, 1.15 * float(of_kept.max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
     right = len(number) + 0.6
-    ax.set(xlim=(0.4, right), ylim=(-limit, limit))
-    ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
+    ax.set_xlim(0.4, right)
+    ax.set_ylim(-limit, limit)
+    ax.set_xlabel("run, in the order of the log")
+    ax.set_ylabel("time − prediction [u]")
     # There is space for about 40 letters.
     step = 1 + len("  ".join(scene.names)) // 40
     every = slice(step - 1, None, step)
@@ -182,39 +199,31 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
         title = f"Residuals: {within} of {len(in_fit)} runs within ± 2 u"
     ax.set_title(title, loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
-    ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, _without_u(number), _without_u(deviations))
+    _draw_zero(ax)
+    x = _without_u(number)
+    _draw_runs(ax, scene, scene.ranked, x, _without_u(deviations))
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
     """Draw what the torque of each run lacks to I_zz φ̇ψ̇, in the colour of its day."""
     of_spin = scene.inertia * scene.product.value / scene.unit_size
     lacking = Quantity(scene.torque.value - of_spin, scene.rest.u)
-    low, high = _limits(lacking, ~scene.hollow)
-    ends = _limits(scene.product, ~scene.hollow)
-    ax.set(xlim=ends, ylim=(low, high))
-    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]")
-    ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    at = np.clip(lacking.value, low, high)
+    ax.set_xlim(_limits(scene.product, scene.kept))
+    ax.set_ylim(_limits(lacking, scene.kept))
+    ax.set_xlabel(PRODUCT_AXIS)
+    ax.set_ylabel(f"M − I_zz φ̇ψ̇ [{scene.unit}]")
+    _draw_zero(ax)
+    days = []
+    looks = zip(cycle(COLOURS), cycle(MARKERS), strict=False)
     for number, block in enumerate(scene.analysis.blocks):
-        colour = COLOURS[number % len(COLOURS)]
-        marker = MARKERS[number % len(MARKERS)]
-        name = short_name(block.name, 30)
+        colour, marker = next(looks)
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
         _draw_band(ax, minus_m0, half, colour, 0.15)
-        of_day = scene.analysis.measurements.day == number
-        for hollow in (False, True):
-            runs = of_day & (scene.hollow == hollow)
-            ax.errorbar(
-                scene.product.value[runs],
-                at[runs],
-                lacking.u[runs],
-                fmt=marker,
-                color=colour,
-                markerfacecolor="white" if hollow else colour,
-                label="_" if hollow else name,
-            )
+        runs = np.flatnonzero(scene.analysis.measurements.day == number)
+        look = Look(short_name(block.name, 30), colour, marker)
+        days.append(Group(look, runs.tolist()))
+    _draw_runs(ax, scene, days, _without_u(scene.product.value), lacking)
 
 
 class Kind(Struct, frozen=True):
@@ -271,6 +280,11 @@ def figures_of(analysis: Analysis) -> tuple[str, ...]:
     return tuple(ALL_FIGURES if analysis.blocks else FIGURES)
 
 
+def picture(name: str) -> Picture:
+    """Return a figure with its caption, as a block of the report."""
+    return Picture(name, ALL_FIGURES[name].caption)
+
+
 # --- parts of figures ---
 
 
@@ -298,11 +312,6 @@ def _limits(quantity: Quantity, kept: NDArray[np.bool_]) -> tuple[float, float]:
     return bottom, top
 
 
-def _ends(x: Floats) -> tuple[float, float]:
-    """Return the first and the last value."""
-    return float(x[0]), float(x[-1])
-
-
 def _fill_band(ax: Axes, x: Floats, low: Floats, high: Floats) -> None:
     """Draw the 95 % band of the fitted line."""
     ax.fill_between(x, low, high, color=BAND, alpha=0.15, linewidth=0.0)
@@ -316,7 +325,7 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     The slope varies within its interval, about the point at which slope and height are
     not correlated; the height at this point has an independent error.
     """
-    x = np.linspace(*_limits(scene.product, ~scene.hollow), 41)
+    x = np.linspace(*_limits(scene.product, scene.kept), 41)
     covariance = scene.analysis.fit.covariance[:2, :2]
     (v_inertia, cov), (_, v_imbalance) = covariance
     interval = scene.analysis.inertia.interval_95
@@ -350,6 +359,10 @@ def _right_end(scene: Scene) -> float:
     return 1.06 * float((scene.spin.value + scene.spin.u).max())
 
 
+def _draw_zero(ax: Axes) -> None:
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+
+
 def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
     """Draw a horizontal line and its band."""
     low, high = middle - half, middle + half
@@ -360,24 +373,22 @@ def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) 
 def _draw_runs(
     ax: Axes,
     scene: Scene,
+    groups: Sequence[Group],
     x: Quantity,
     y: Quantity,
-    labels: Mapping[str, str] = {},
 ) -> None:
-    """Draw every run as its torque is drawn; flagged runs are hollow and named.
+    """Draw the runs of each group; flagged runs are hollow and named.
 
     A run outside the axes is drawn at the edge, without bars and with its value.
-    `labels` replaces the labels of the torques in the legend.
     """
     at_x = np.clip(x.value, *ax.get_xlim())
     at_y = np.clip(y.value, *ax.get_ylim())
     inside = (at_x == x.value) & (at_y == y.value)
     points = np.array([at_x, at_y])
     colours = np.full(len(inside), "#000000")
-    groups = sorted(scene.groups, key=lambda group: -group.summary.torque)
     for rank, group in enumerate(groups):
         colours[group.members] = group.look.colour
-        label = labels.get(group.look.label, group.look.label)
+        label = group.look.label
         if rank % _labelled(scene):
             label = "_"
         _draw_marks(ax, scene, group, points, label)
@@ -397,18 +408,20 @@ def _draw_runs(
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
     names = {}
     for i in odd.tolist():
-        name = run_name(scene.names[i]) if scene.hollow[i] else ""
+        name = ""
+        if scene.hollow[i]:
+            name = run_name(scene.names[i])
         across = _beyond(x.value[i], at_x[i], "→←")
         up = _beyond(y.value[i], at_y[i], "↑↓")
         names[i] = " ".join(filter(None, [name, across, up]))
     _name_runs(ax, points, names)
-    _explain_marks(ax, scene, bool(inside.all()))
+    _explain_marks(ax, scene, inside.all())
 
 
 def _draw_marks(
     ax: Axes, scene: Scene, group: Group, points: Floats, label: str
 ) -> None:
-    """Draw the runs of one torque, full or hollow; the first ones are in the legend.
+    """Draw the runs of one group, full or hollow; the first ones are in the legend.
 
     `points` contains x and y of all runs, shape (2, n).
     """
@@ -440,7 +453,7 @@ def _beyond(value: float, shown: float, arrows: str) -> str:
     return f"{arrow} {reading_text(value)}".replace("-", "−")
 
 
-def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
+def _explain_marks(ax: Axes, scene: Scene, all_inside: np.bool_) -> None:
     """Add to the legend what a hollow mark is, and a mark at the edge."""
     if scene.hollow.any():
         all_left_out = (scene.left_out == scene.hollow).all()
@@ -524,7 +537,7 @@ def _facts(scene: Scene) -> list[str]:
     analysis = scene.analysis
     numbers = scene.numbers
     runs = count_text(len(scene.names), "run")
-    m0 = numbers.value("residual_torque.value", numbers.torque)
+    m0 = numbers.value("residual_torque.value")
     quality = "no degrees of freedom"
     if analysis.p is not None:
         per_dof = analysis.fit.chi2 / analysis.fit.dof
@@ -563,17 +576,6 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
 
 def render(
     analysis: Analysis,
-    form: Form = "png",
-    style: str = "screen",
-    names: Sequence[str] | None = None,
-    faults: dict[str, str] | None = None,
-) -> dict[str, bytes]:
-    """Draw figures as files of one type; see `render_all`."""
-    return render_all(analysis, [form], style, names, faults)[form]
-
-
-def render_all(
-    analysis: Analysis,
     forms: Sequence[Form],
     style: str = "screen",
     names: Sequence[str] | None = None,
@@ -600,18 +602,18 @@ def render_all(
         By file type: the files of the figures that can be drawn, by name.
     """
     scene = gather(analysis)
-    names = figures_of(analysis) if names is None else names
+    names = names or figures_of(analysis)
     files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
-        import matplotlib.figure  # noqa: F401
+        import matplotlib.figure
     except (ImportError, ValueError) as error:
         # A damaged installation, or a matplotlibrc that is not UTF-8.
         if faults is None:
             raise
         faults |= dict.fromkeys(names, _reason(error))
         return files
-    size = {"font.size": STYLES[style].font_size}
-    with own_style(STYLE, size), warnings.catch_warnings():
+    with own_style(), warnings.catch_warnings():
+        matplotlib.rcParams["font.size"] = STYLES[style].font_size
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
@@ -632,7 +634,7 @@ def render_all(
 def _reason(error: Exception) -> str:
     """Say in one line why a figure cannot be drawn."""
     reason = f"{type(error).__name__}: {error}"
-    return " ".join(reason.split())[:200]
+    return errors.shown(reason)[:200]
 
 
 def _draw(
@@ -653,21 +655,16 @@ def _draw(
 
 
 @contextmanager
-def own_style(*styles: Path | Mapping[str, Any]) -> Iterator[None]:
-    """Draw with the defaults of matplotlib and these styles.
+def own_style(*files: Path) -> Iterator[None]:
+    """Draw with the defaults of matplotlib, the style of the figures, and other styles.
 
     The user's matplotlibrc does not change the drawing.
     """
     import matplotlib
 
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        for style in styles:
-            settings: Any = style
-            if isinstance(style, Path):
-                settings = matplotlib.rc_params_from_file(
-                    style, use_default_template=False
-                )
+    with matplotlib.rc_context(matplotlib.rcParamsDefault):
+        for file in (STYLE, *files):
+            settings = matplotlib.rc_params_from_file(file, use_default_template=False)
             matplotlib.rcParams.update(settings)
         yield
 

@@ -6,11 +6,10 @@ The document is in UTF-8, with values by `siunitx` and tables by `booktabs`.
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.data import templates
+from gyrodata.reporting.data import filled
 from gyrodata.reporting.elements import (
     SYMBOLS,
     Head,
@@ -42,21 +41,21 @@ def latex_report(analysis: Analysis) -> str:
         "comment_start_string": "<#",
         "comment_end_string": "#>",
     }
-    room = templates(Path(__file__).parent, **signs)
-    room.filters |= {
+    filters = {
         "sentence": lambda sentence: _sentence(sentence).replace(answer, r"\Izz{}"),
         "text": escape,
         "head": _head,
         "column_type": _column_type,
         "row": _row,
     }
-    document = room.get_template("report.tex.jinja").render(whole=whole, answer=answer)
-    return re.sub(r"\n{3,}", "\n\n", document).strip() + "\n"
+    return filled("report.tex.jinja", filters, signs, whole=whole, answer=answer)
 
 
 def _row(row: str) -> str:
     r"""Protect a row that TeX would read as an option of the ``\\`` before it."""
-    return f"{{}}{row}" if row.startswith(("[", "*")) else row
+    if row.startswith(("[", "*")):
+        return f"{{}}{row}"
+    return row
 
 
 def _column_type(head: Head) -> str:
@@ -95,13 +94,15 @@ def _quantity(number: Number) -> str:
     plain = digits[1:-1]
     if " " in plain or "e" in plain:
         return rf"\num{digits}"
-    return f"${plain}$" if plain.startswith(("-", "+")) else plain
+    if plain.startswith(("-", "+")):
+        return f"${plain}$"
+    return plain
 
 
 def _head(head: Head) -> str:
     """Write the unit below the words: a column of numbers stays narrow."""
     words = escape(head.words)
-    if head.scale is None or not head.scale.unit:
+    if not (head.scale and head.scale.unit):
         return words
     power = rf"\num{{e{head.scale.exponent}}}\," if head.scale.exponent else ""
     unit = rf"{{[}}{power}\unit{{{head.scale.siunitx}}}]"

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.data import templates
+from gyrodata.reporting.data import filled
 from gyrodata.reporting.elements import Part, Sentence, Styled, join
 from gyrodata.reporting.figures import alternatives
 from gyrodata.results import Analysis
@@ -35,12 +34,13 @@ def markdown_report(analysis: Analysis, figures: str = "{}.png") -> str:
     -------
     str
     """
-    room = templates(Path(__file__).parent)
-    room.filters |= {"sentence": _sentence, "text": escape}
-    template = room.get_template("report.md.jinja")
-    alt = alternatives(analysis)
-    page = template.render(whole=report(analysis), figures=figures, alt=alt)
-    return re.sub(r"\n{3,}", "\n\n", page).strip() + "\n"
+    return filled(
+        "report.md.jinja",
+        {"sentence": _sentence, "text": escape},
+        whole=report(analysis),
+        figures=figures,
+        alt=alternatives(analysis),
+    )
 
 
 def escape(text: str) -> str:

@@ -8,16 +8,14 @@ value of a displayed 1.
 from __future__ import annotations
 
 import base64
-import math
 import re
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Literal
 
 from markupsafe import Markup, escape
 
 from gyrodata.reporting import content
-from gyrodata.reporting.data import json_text, table_header, table_rows, templates
+from gyrodata.reporting.data import filled, json_text, table_header, table_rows
 from gyrodata.reporting.elements import (
     SYMBOLS,
     Mark,
@@ -30,7 +28,7 @@ from gyrodata.reporting.elements import (
     plain,
 )
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import Form, alternatives, render_all
+from gyrodata.reporting.figures import Form, alternatives, render
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -39,15 +37,14 @@ _STYLES = {
     "strong": "<strong>{}</strong>",
     "quote": "<q>{}</q>",
     "code": "<code>{}</code>",
+    "warn": '<strong class="warn">{}</strong>',
 }
-_STYLES["warn"] = '<strong class="warn">{}</strong>'
 
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
 
-FARTHEST = 5.0
-"""A drawn value is cut off if it is further from the band than this many widths of the
-band."""
+REACH = 3.0
+"""The drawing of a value ends at this many u of the value that it is compared with."""
 
 
 def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
@@ -68,8 +65,7 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     """
     whole = content.report(analysis)
     write = _Writer(whole.numbers)
-    room = templates(Path(__file__).parent)
-    room.filters |= {
+    filters = {
         "sentence": write.sentence,
         "typeset": _typeset,
         "draw": write.draw,
@@ -80,12 +76,14 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         images[name] = f"data:image/svg+xml;base64,{in_letters}"
     alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
-    template = room.get_template("report.html.jinja")
-    page = template.render(whole=whole, images=images, alt=alt, title=title)
-    return page.lstrip() + "\n"
+    return filled(
+        "report.html.jinja", filters, whole=whole, images=images, alt=alt, title=title
+    )
 
 
-DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')
+DATA = Markup('<data value="{!r}" data-from="{}" data-size="{!r}">{}</data>')
+NAME = Markup('<data value="{}" data-from="{}">{}</data>')
+BOX = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
 BAR = Markup('<span class="bar" style="width: {:.1f}%"></span>')
 MARK = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
 
@@ -103,11 +101,10 @@ class _Writer:
         for text, place in zip(number.shown, number.places, strict=True):
             value = self.numbers.find(place)
             if isinstance(value, str):
-                texts.append(DATA.format(value, place, "", text))
+                texts.append(NAME.format(value, place, text))
             else:
-                size = Markup(' data-size="{}"').format(repr(number.size))
                 shown = text.replace("-", "−")
-                texts.append(DATA.format(repr(value), place, size, shown))
+                texts.append(DATA.format(value, place, number.size, shown))
         written = Markup(number.write(texts))
         if number.unit and number.scale.unit:
             return Markup('<span class="q">{}</span>').format(written)
@@ -141,28 +138,30 @@ class _Writer:
 
         Screen readers skip the drawing, because the cell contains the same numbers.
         """
-        dots = [self._dot(cells[column]) for cells in table.rows]
-        dot = dots[row]
-        band = table.heads[column].band
-        if band is None:
-            return BAR.format(100 * dot[0]) if dot else Markup()
-        axis = _Axis.of_column(band, dots)
-        start, end = band
-        boxes = axis.box("ref" if end > start else "line", start, end)
-        if dot:
-            value, u = dot
-            boxes += axis.box("bar", value - u, value + u)
-            if axis.low <= value <= axis.high:
-                boxes += axis.box("dot", value, value)
+        head = table.heads[column]
+        cell = table.rows[row][column]
+        places = [part.places for part in cell if isinstance(part, Number)]
+        if head.compared is None:
+            share = self.numbers.find(*places[0])
+            return BAR.format(100 * share)
+        middle, unit = head.compared
+        boxes = _box("ref", -1.0, 1.0)
+        if not places or not unit:
+            return boxes
+        value, *u = map(self.numbers.find, places[0])
+        distance = (value - middle) / unit
+        half = sum(u) / unit
+        boxes += _box("bar", distance - half, distance + half)
+        if abs(distance) <= REACH:
+            boxes += _box("dot", distance, distance)
         return boxes
 
-    def _dot(self, cell: Sentence) -> tuple[float, float] | None:
-        """Return the value of a cell and its u; None for a cell without a number."""
-        for part in cell:
-            if isinstance(part, Number):
-                value, *u = map(self.numbers.find, part.places)
-                return value, u[0] if u else 0.0
-        return None
+
+def _box(kind: str, start: float, end: float) -> Markup:
+    """Draw a box between two distances [u] from the middle of the axis."""
+    left, right = [max(-REACH, min(at, REACH)) for at in (start, end)]
+    percent = 50 / REACH
+    return BOX.format(kind, 50 + percent * left, percent * (right - left))
 
 
 def _typeset(text: str) -> Markup:
@@ -171,42 +170,6 @@ def _typeset(text: str) -> Markup:
     text = re.sub(spaces, "\N{NO-BREAK SPACE}", str(escape(text)))
     text = SYMBOLS.sub(r"<i>\g<0></i>", text.replace("I_zz", "<i>I</i><sub>zz</sub>"))
     return Markup(text.replace("M0", "<i>M</i><sub>0</sub>"))
-
-
-class _Axis(NamedTuple):
-    """The axis of the drawings of a column."""
-
-    low: float
-    high: float
-
-    @classmethod
-    def of_column(
-        cls,
-        band: tuple[float, float],
-        dots: Sequence[tuple[float, float] | None],
-    ) -> _Axis:
-        """Return an axis with the band and all dots that are not too far from it."""
-        start, end = band
-        ends = [start, end]
-        for value, u in filter(None, dots):
-            ends += [value - u, value + u]
-        reach = FARTHEST * (end - start) or math.inf
-        low = max(min(ends), start - reach)
-        high = min(max(ends), end + reach)
-        return cls(low, high)
-
-    def percent(self, value: float) -> float:
-        """Return the place of a value on the axis [%]."""
-        space = 0.05 * (self.high - self.low) or 1.0
-        width = self.high - self.low + 2 * space
-        part = (value - self.low + space) / width
-        return 100 * min(max(part, 0.0), 1.0)
-
-    def box(self, kind: str, left: float, right: float) -> Markup:
-        """Draw a box of a kind between two values."""
-        style = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
-        begin = self.percent(left)
-        return style.format(kind, begin, self.percent(right) - begin)
 
 
 # The files of a report, made in memory
@@ -246,7 +209,7 @@ def report_files(
         forms.add(shown_form(figures))
     elif document and figures == "svg":
         forms.add("pdf")
-    drawn = render_all(analysis, sorted({"svg", *forms}), style, faults=faults)
+    drawn = render(analysis, sorted({"svg", *forms}), style, faults=faults)
     texts = {
         "report.html": report_page(analysis, drawn["svg"]),
         "results.json": json_text(analysis.to_dict()),

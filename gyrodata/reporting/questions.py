@@ -16,7 +16,6 @@ from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import (
     Head,
     Numbers,
-    Picture,
     Section,
     Sentence,
     Styled,
@@ -26,7 +25,19 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import FIGURES
+from gyrodata.reporting.figures import picture
+from gyrodata.reporting.values import (
+    CENTIMETRE,
+    FREE_FALL,
+    KILOGRAM,
+    METRE,
+    MICROMETRE,
+    NEWTON_METRE,
+    NUMBER,
+    PRODUCT,
+    RPM,
+    Scale,
+)
 from gyrodata.results import Analysis, is_wide
 
 AGREES = 2.0
@@ -43,7 +54,7 @@ WORDS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
 
 ANSWERS = WORDS["answers"]
 
-PER_SPIN = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
+PER_SPIN = Scale("s per 100 rpm", r"s/(100\,rpm)", 0.01 / RPM.size)
 
 
 def is_worksheet(analysis: Analysis) -> bool:
@@ -59,17 +70,13 @@ def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     return Text(sentences)
 
 
-def answer(
-    n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
-) -> Iterator[Section]:
+def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
     """Answer question 3 from the data.
 
     Parameters
     ----------
     n : Numbers
         Of the analysis.
-    inertia : Sentence
-        I_zz with its uncertainty, or its interval if that is wide.
     agreement, quality : Sentence
         Whether the runs agree with one line.
 
@@ -78,7 +85,7 @@ def answer(
     Section
         In the order of the lab sheet.
     """
-    slope = _slope(n, inertia, agreement, quality)
+    slope = _slope(n, agreement, quality)
     sections = (
         ("Precession period against spin", "3 a", _period(n), "period"),
         ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
@@ -92,7 +99,7 @@ def answer(
     yield Section("One run by hand", tuple(_by_hand(n)), "byhand")
 
 
-def others(n: Numbers) -> Section:
+def others(n: Numbers) -> Iterator[elements.Block]:
     """Name the commands for the other questions."""
     options = n.analysis.options
     more = ""
@@ -109,9 +116,8 @@ def others(n: Numbers) -> Section:
             command += f" --log {log}"
         title = asked + _number(n, number)
         items.append(say("{}: {}", title, Styled(command, "code")))
-    intro = paragraph(ANSWERS["others"], more=more)
-    blocks = intro, Text(tuple(items), "list")
-    return Section("The other questions", blocks, "others", True)
+    yield paragraph(ANSWERS["others"], more=more)
+    yield Text(items, "list")
 
 
 def _number(n: Numbers, number: str) -> str:
@@ -141,11 +147,11 @@ def _agrees(deviation: float | None) -> bool:
 
 
 def _slope(
-    n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
+    n: Numbers, agreement: Sentence, quality: Sentence
 ) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
-    yield Picture("torque", FIGURES["torque"].caption)
-    yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
+    yield picture("torque")
+    yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", n.answer(), kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
     relation = say(ANSWERS["linear"], balance=_balance(n))
@@ -158,18 +164,18 @@ def _slope(
 def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
     """State the residual torque, and what follows from other fits."""
     analysis = n.analysis
-    m0 = n.value("residual_torque.value", n.torque)
+    m0 = n.value("residual_torque.value")
     yield say("The residual torque M0 is {}.", m0)
     if analysis.centre_of_mass is not None:
-        distance = n.value("centre_of_mass.value", values.MICROMETRE)
+        distance = n.value("centre_of_mass.value", MICROMETRE)
         yield say(ANSWERS["centre_of_mass"], distance=distance)
     origin = analysis.fits[1]
-    if origin.inertia is not None and origin.deviation is not None:
-        slope = n.value("fits.1.inertia.value", n.inertia)
+    if origin.deviation is not None:
+        slope = n.value("fits.1.inertia.value")
         away = n.shift("fits.1.deviation")
         yield say("A line without an intercept has the slope {}, {} away.", slope, away)
     if analysis.timing_bias.u:
-        bias = n.value("timing_bias.value", values.SECOND)
+        bias = n.value("timing_bias.value")
         yield say("The timing bias b of the stopwatch is {}.", bias)
 
 
@@ -181,19 +187,13 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
         is_proportional = _agrees(exponent.deviation)
         case = "period_proportional" if is_proportional else "period_increases"
     yield conclude(n, "period", say(ANSWERS[case]))
-    yield Picture("period", FIGURES["period"].caption)
+    yield picture("period")
     rows = []
-    for i in range(len(n.analysis.torques)):
-        at = f"torques.{i}"
-        torque = n.value(f"{at}.torque", n.torque)
-        per_spin = n.value(f"{at}.period_per_spin.value", PER_SPIN)
-        rows.append((n.load(i), torque, n.number(f"{at}.runs"), per_spin))
-    heads = (
-        Head("load"),
-        Head("torque M", n.torque),
-        Head("runs", values.NUMBER),
-        Head("τ/ψ̇", PER_SPIN),
-    )
+    for i, here in enumerate(n.each("torques")):
+        torque = here.value("torque")
+        per_spin = here.value("period_per_spin.value", PER_SPIN)
+        rows.append((n.load(i), torque, here.number("runs"), per_spin))
+    heads = "load", "torque M", "runs", "τ/ψ̇"
     yield table(heads, rows, "The period for each 100 rpm of spin")
 
 
@@ -206,13 +206,14 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     everything = n.value("exponent.value")
     yield paragraph("The runs give τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, law in enumerate(n.analysis.power_law):
-        exponent = n.cell(n.value, f"power_law.{i}.exponent")
-        rows.append((n.load(i), exponent, None if exponent else (law.reason,)))
-    rows.append((say("all together"), everything, None))
+    for i, here in enumerate(n.each("power_law")):
+        exponent = here.cell("exponent", here.value, NUMBER)
+        reason = None if exponent else here.find("reason")
+        rows.append((n.load(i), exponent, reason))
+    rows.append(("all together", everything, None))
     heads = (
-        Head("load"),
-        Head("exponent n", values.NUMBER, band=(1.0, 1.0)),
+        "load",
+        Head("exponent n", compared=(1.0, whole.u or 0.0)),
         Head("remark", wrap=0.45),
     )
     caption = "Exponent of each torque, and one for all"
@@ -239,21 +240,20 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
             expected=n.percent("constancy.expected", sign=False),
             p=n.p("constancy.p"),
         )
-    yield Picture("product", FIGURES["product"].caption)
+    yield picture("product")
     rows = []
-    for i in range(len(n.analysis.torques)):
-        at = f"torques.{i}"
-        mean = n.value(f"{at}.product.value", values.PRODUCT)
-        spread = n.cell(n.scatter, f"{at}.product.spread", values.PRODUCT)
-        p_of_group = n.cell(n.p, f"{at}.product.p")
-        without = n.cell(n.value, f"{at}.without.value", n.inertia)
+    for i, here in enumerate(n.each("torques")):
+        mean = here.value("product.value")
+        spread = here.cell("product.spread", here.scatter, PRODUCT)
+        p_of_group = here.cell("product.p", here.p)
+        without = here.cell("without.value")
         rows.append((n.load(i), mean, spread, p_of_group, without))
     heads = (
-        Head("load"),
-        Head("mean φ̇ψ̇", values.PRODUCT),
-        Head("scatter", values.PRODUCT),
-        Head("p", values.NUMBER),
-        Head("I_zz without these runs", n.inertia),
+        "load",
+        "mean φ̇ψ̇",
+        "scatter",
+        Head("p", NUMBER),
+        "I_zz without these runs",
     )
     yield table(heads, rows, ANSWERS["product_table"])
 
@@ -263,8 +263,8 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     yield conclude(n, "meaning", say(ANSWERS["meaning"]))
     spins = [run.spin for run in n.analysis.run_table]
     fastest = spins.index(max(spins))
-    momentum = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM)
-    spin = n.reading(fastest, "spin", values.RPM)
+    momentum = n.value("angular_momentum.value")
+    spin = n.reading(fastest, "spin")
     words = "At the fastest spin, {}, L = I_zz ψ̇ = {}."
     yield paragraph(words, spin, momentum, kind="result")
     yield from _ball(n)
@@ -281,13 +281,6 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
         return
     yield Text((_described(n, ball),))
     yield conclude(n, "ball", compare_with_ball(n))
-    parts = []
-    for key, name in WORDS["parts_of_ball"].items():
-        if n.find(f"ball.{key}"):
-            inertia = n.value(f"ball.{key}", n.inertia)
-            parts.append(say("{}: {}", name, inertia))
-    if len(parts) > 1:
-        yield Text(tuple(parts), "list")
 
 
 def _described(n: Numbers, ball: Ball) -> Sentence:
@@ -303,7 +296,7 @@ def _described(n: Numbers, ball: Ball) -> Sentence:
     names = [name for name, part in parts.items() if part]
     added = f" with {' and '.join(names)}" if names else ""
     mass = n.value("ball.mass", values.mass_scale(ball.mass))
-    diameter = n.value("ball.diameter", values.CENTIMETRE)
+    diameter = n.value("ball.diameter", CENTIMETRE)
     words = "A ball of {} and {} has 2/5 m r²{} = {}{}."
     return say(words, mass, diameter, added, whole, exact)
 
@@ -347,18 +340,17 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     runs = n.analysis.run_table
     loaded = [i for i, run in enumerate(runs) if run.torque]
     i = min(loaded, key=lambda i: runs[i].left_out)
-    at = f"runs.{i}"
-    torque = n.value(f"{at}.torque", values.NEWTON_METRE)
-    rate = n.value(f"{at}.precession_rate", values.RATE)
-    spin = n.value(f"{at}.spin", values.RATE)
-    product = n.value(f"{at}.product", values.PRODUCT)
-    inertia = n.value(f"{at}.inertia", n.inertia)
-    read = n.reading(i, "spin", values.RPM)
+    here = n.run(i)
+    torque = here.value("torque", NEWTON_METRE)
+    rate = here.value("precession_rate")
+    spin = here.value("spin")
+    product = here.value("product")
+    inertia = here.value("inertia")
+    read = n.reading(i, "spin")
     is_mean = n.analysis.measurements.spin_start is not None
     mean = ", the mean of what was read" if is_mean else ""
     words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
-    number = n.number(f"{at}.run")
-    yield paragraph(words, number, n.number(f"{at}.line"))
+    yield paragraph(words, here.number("run"), here.number("line"))
     steps = (
         _torque_by_hand(n, i, torque),
         _rate_by_hand(n, i, rate),
@@ -367,7 +359,7 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
         say("I_zz = M/(φ̇ψ̇) = {} / ({}) = {}", torque, product, inertia),
     )
     yield Text(steps, "list")
-    fitted = n.value("inertia.value", n.inertia)
+    fitted = n.value("inertia.value")
     method = n.analysis.model.words
     yield paragraph(ANSWERS["single_run"], method=method, inertia=fitted)
 
@@ -378,12 +370,10 @@ def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
     if run.mass is None or run.position is None:
         return say("M = {}, as the log gives it", torque)
     measured = n.analysis.measurements
-    at = f"runs.{i}"
-    step_of_mass = measured.mass_step[i]
-    step_of_arm = measured.position_step[i]
-    mass = n.value(f"{at}.mass", values.KILOGRAM, step=step_of_mass)
-    arm = n.value(f"{at}.position", values.METRE, step=step_of_arm)
-    g = n.value("constants.g", values.FREE_FALL)
+    here = n.run(i)
+    mass = here.value("mass", KILOGRAM, step=measured.mass_step[i])
+    arm = here.value("position", METRE, step=measured.position_step[i])
+    g = n.value("constants.g", FREE_FALL)
     return say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
 
 
@@ -392,10 +382,12 @@ def _rate_by_hand(n: Numbers, i: int, rate: elements.Number) -> Sentence:
     if not n.analysis.measurements.timed:
         return say("φ̇ = {}, as the log gives it", rate)
     run = n.analysis.run_table[i]
-    turns = turn_words(run.turns).split(" ")[0]
-    number = n.number(f"runs.{i}.turns", turns)
-    factor = say("({})", number) if "/" in turns else say("{}", number)
-    time = n.reading(i, "time", values.SECOND)
+    turns, _ = turn_words(run.turns).split(" ")
+    number = n.run(i).number("turns", turns)
+    factor: Sentence = (number,)
+    if "/" in turns:
+        factor = say("({})", number)
+    time = n.reading(i, "time")
     # The rod turns the other way if the weight is on the other side.
     sign = "−" if run.precession_rate < 0 else ""
     return say("φ̇ = {}2π × {} / {} = {}", sign, factor, time, rate)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import compress
 from textwrap import indent
 
 from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import PICTURES, Diagnostic
 from gyrodata.reporting import values
-from gyrodata.reporting.content import report
+from gyrodata.reporting.content import brief, report
 from gyrodata.reporting.elements import (
     NOTHING,
     Block,
-    Picture,
     Report,
+    Table,
     Text,
     plain,
 )
@@ -55,7 +55,7 @@ def summary(
     doubts = map(plain, whole.doubts)
     top = [*doubts, f"{plain(whole.answer)}{meaning}"]
     if not verbose:
-        lines = [*top, *map(plain, whole.brief), rest]
+        lines = [*top, *map(plain, brief(whole.numbers)), rest]
         return _joined([_first_lines(whole), _indented(lines)])
     top += _lines_of(whole.top, columns)
     blocks = [_first_lines(whole), _indented(top)]
@@ -63,17 +63,18 @@ def summary(
         if section.anchor == "diagnostics":
             break
         if section.blocks:
-            lines = _lines_of(section.blocks, columns)
-            blocks.append([section.title, *_indented(lines)])
+            below = _indented(_lines_of(section.blocks, columns))
+            blocks.append([section.title, *below])
     return _joined(blocks)
 
 
-def _lines_of(blocks: Iterable[Block], columns: Columns) -> list[str]:
-    """Write blocks as lines."""
-    lines = []
+def _lines_of(blocks: Iterable[Block], columns: Columns) -> Iterator[str]:
+    """Write blocks as lines; without the figures."""
     for block in blocks:
-        lines += _block(block, columns)
-    return lines
+        if isinstance(block, Text):
+            yield from map(plain, block.sentences)
+        elif isinstance(block, Table):
+            yield from _table(block, columns)
 
 
 def _indented(lines: Iterable[str]) -> list[str]:
@@ -93,22 +94,19 @@ def _joined(blocks: Iterable[Iterable[str]]) -> str:
 
 
 def _first_lines(whole: Report) -> list[str]:
-    size = f"{whole.name}: {plain(whole.size)}"
+    name = whole.numbers.analysis.name
+    size = f"{name}: {plain(whole.size)}"
     return [size, f"  {plain(whole.read_as)}"]
 
 
-def _block(block: Block, columns: Columns) -> list[str]:
-    if isinstance(block, Text):
-        return [plain(line) for line in block.sentences]
-    if isinstance(block, Picture):
-        return []
-    is_used = [not head.page_only for head in block.heads]
-    heads = map(str, compress(block.heads, is_used))
-    lines = [[*heads]]
-    for row in block.rows:
+def _table(table: Table, columns: Columns) -> Iterable[str]:
+    """Write a table, without the columns that only the page has room for."""
+    is_used = [not head.page_only for head in table.heads]
+    lines = [[*map(str, compress(table.heads, is_used))]]
+    for row in table.rows:
         cells = compress(row, is_used)
         lines.append(["-" if cell == NOTHING else plain(cell) for cell in cells])
-    return list(columns(lines))
+    return columns(lines)
 
 
 # --- what a check has found, and the table of codes ---
@@ -143,7 +141,7 @@ def check_text(
     counts: Counter[str] = Counter(finding.severity for finding in diagnostics)
     lines = []
     if analysis is not None:
-        lines = _lines_above(report(analysis), analysis)
+        lines = _lines_above(analysis)
         counts["doubt"] = len(analysis.doubts)
     kinds = [kind for kind in ("doubt", "error", "warning", "note") if counts[kind]]
     verdict = ", ".join([values.count_text(counts[kind], kind) for kind in kinds])
@@ -158,8 +156,9 @@ def check_text(
     return "\n".join(printed).translate(PICTURES)
 
 
-def _lines_above(whole: Report, analysis: Analysis) -> list[str]:
+def _lines_above(analysis: Analysis) -> list[str]:
     """List what is above the findings: how a run was read, and the doubts."""
+    whole = report(analysis)
     lines = [plain(whole.read_as)]
     if analysis.ball is None:
         lines.append(NO_BALL)

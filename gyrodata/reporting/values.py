@@ -83,7 +83,9 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
         return reading_text(value, factor)
     nominal, spread, exponent = rounded(value, u, factor)
     digits = f"{nominal} ± {spread}"
-    return f"({digits}) × {ten_to(exponent)}" if exponent else digits
+    if not exponent:
+        return digits
+    return f"({digits}) × {ten_to(exponent)}"
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
@@ -190,7 +192,9 @@ def percent_text(value: float) -> str:
 
 def p_text(p: float) -> str:
     """Write a probability: "p = 0.32", "p < 0.0001"."""
-    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
+    if p < 1e-4:
+        return "p < 0.0001"
+    return f"p = {p:.2g}"
 
 
 def duration_text(seconds: float) -> str:
@@ -211,8 +215,12 @@ def inertia_range_text(low: float, high: float) -> str:
     """Write a range of uncertainties: "(1.7 to 5.8) × 10⁻⁵ kg·m²"."""
     factor, power = power_of_ten(high)
     start, end = [f"{number / factor:.2g}" for number in (low, high)]
-    numbers = start if start == end else f"({start} to {end})"
-    return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
+    numbers = f"({start} to {end})"
+    if start == end:
+        numbers = start
+    if power:
+        numbers += f" × {power}"
+    return f"{numbers} kg·m²"
 
 
 def factor_text(factor: float) -> str:
@@ -222,12 +230,17 @@ def factor_text(factor: float) -> str:
     is_part = 0 < size < 1
     number = 1 / size if is_part else size
     rounded = float(f"{number:.3g}")
-    if rounded < 1e6:
-        digits = f"{rounded:.3g}" if rounded < 1000 else f"{rounded:.0f}"
-    else:
+    digits = f"{rounded:.3g}"
+    if rounded >= 1e6:
         ten, power = power_of_ten(rounded)
-        digits = power if rounded == ten else f"{rounded / ten:.3g} × {power}"
-    return f"{sign}1/{digits} of" if is_part else f"{sign}{digits} times"
+        digits = power
+        if rounded != ten:
+            digits = f"{rounded / ten:.3g} × {power}"
+    elif rounded >= 1000:
+        digits = f"{rounded:.0f}"
+    if is_part:
+        return f"{sign}1/{digits} of"
+    return f"{sign}{digits} times"
 
 
 def in_columns(
@@ -237,19 +250,20 @@ def in_columns(
 
     Columns of numbers, by their place, end at the right.
     """
-    widths = [max(map(display_width, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(_display_width, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = []
         for at, (cell, width) in enumerate(zip(row, widths, strict=True)):
-            blanks = " " * (width - display_width(cell))
-            cells.append(f"{blanks}{cell}" if at in right else f"{cell}{blanks}")
+            blanks = " " * (width - _display_width(cell))
+            if at in right:
+                cells.append(blanks + cell)
+            else:
+                cells.append(cell + blanks)
         yield "  ".join(cells).rstrip()
 
 
-def display_width(text: str) -> int:
+def _display_width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a combining mark."""
-    if text.isascii():
-        return len(text)
     wide = sum(east_asian_width(letter) in "WF" for letter in text)
     combined = sum(combining(letter) > 0 for letter in text)
     return len(text) + wide - combined

@@ -53,7 +53,9 @@ def analysis() -> Analysis:
 
 
 def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
-    out = look_at(tmp_path, make_page(analysis, render(analysis, "svg")), 360, PROBE)
+    out = look_at(
+        tmp_path, make_page(analysis, render(analysis, ["svg"])["svg"]), 360, PROBE
+    )
     assert out["broken"] == 0
     # From edge to edge: only so are their letters large enough.
     assert min(out["figures"]) > 340

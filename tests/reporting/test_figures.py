@@ -85,7 +85,8 @@ UNITS = {
 
 def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
     return {
-        name: data.decode() for name, data in render(analysis, "svg", medium).items()
+        name: data.decode()
+        for name, data in render(analysis, ["svg"], medium)["svg"].items()
     }
 
 
@@ -155,7 +156,7 @@ def test_same_log_same_bytes_in_any_process() -> None:
         "import sys\nfrom gyrodata import analyze\n"
         "from gyrodata.reporting.figures import render\n"
         "lab = analyze(sys.stdin.buffer.read(), name='log.csv')\n"
-        "for form in ('png', 'svg', 'pdf'):\n    print(render(lab, form))\n"
+        "for form in ('png', 'svg', 'pdf'):\n    print(render(lab, [form]))\n"
     )
     line, ours = [sys.executable, "-c", program], {**os.environ, "PYTHONHASHSEED": "1"}
     shown = subprocess.run(
@@ -163,7 +164,7 @@ def test_same_log_same_bytes_in_any_process() -> None:
     ).stdout.decode()
     lab = analyze(LOGS["3 x 3"], name="log.csv")
     assert shown.splitlines() == [
-        str(render(lab, form)) for form in ("png", "svg", "pdf")
+        str(render(lab, [form])) for form in ("png", "svg", "pdf")
     ]
 
 
@@ -244,4 +245,4 @@ def test_names_from_the_log_are_plain_text() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for form in ("png", "svg", "pdf"):
-            render(analysis, form)  # type: ignore[arg-type]
+            render(analysis, [form])

@@ -166,7 +166,7 @@ def test_the_colour_of_an_error_is_its_coverage() -> None:
     names = ["mean of ratios", "gyro"]
     rows = pd.DataFrame([{"scene": "a", "method": name, **score} for name in names])
     rows[["coverage", "seconds"]] = [[0.4, 0.013], [0.95, 0.02]]
-    with figures.own_style(*charts.STYLES):
+    with figures.own_style(charts.STYLE):
         figure = Figure()
         charts.draw_points(figure, rows, [("seconds", "error")], "error")
     panel, bar = figure.axes

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyrodata.reporting import figures
 from gyrodata.reporting.figure_data import COLOURS, MARKERS
 from gyrodata.reporting.figures import INK
 from gyrodata.trials.benchmark.maps import HALF, MapKind
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-STYLES = figures.STYLE, Path(__file__).with_suffix(".mplstyle")
+STYLE = Path(__file__).with_suffix(".mplstyle")
 
 LETTERS = 110
 """Largest number of letters in a line of a picture."""

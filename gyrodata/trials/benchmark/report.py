@@ -203,7 +203,7 @@ def draw(name: str, tables: Mapping[str, pd.DataFrame]) -> bytes:
     table = tables[name]
     lines = [*picture.title(table).splitlines(), labs_text(table)]
     title = "\n".join([textwrap.fill(line, charts.LETTERS) for line in lines if line])
-    with figures.own_style(*charts.STYLES):
+    with figures.own_style(charts.STYLE):
         figure = Figure((9.0, picture.height), dpi=80, layout="constrained")
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
         picture.draw(figure, table)

@@ -16,7 +16,11 @@ from gyrodata.fitting.adjustment import (
     median,
     sample,
 )
-from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
+from gyrodata.fitting.adjustment import (
+    rough_inertia,
+    torques_differ,
+    transverse_inertia,
+)
 from gyrodata.fitting.inertia import (
     AS_STATED,
     UNLIKELY,

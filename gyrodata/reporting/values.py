@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Collection, Iterator, Sequence
 from functools import lru_cache
-from unicodedata import combining, east_asian_width
 
 from msgspec import Struct
 
@@ -250,20 +249,15 @@ def in_columns(
 
     Columns of numbers, by their place, end at the right.
     """
-    widths = [max(map(_display_width, column)) for column in zip(*rows, strict=True)]
+    from rich.cells import cell_len
+
+    widths = [max(map(cell_len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = []
         for at, (cell, width) in enumerate(zip(row, widths, strict=True)):
-            blanks = " " * (width - _display_width(cell))
+            blanks = " " * (width - cell_len(cell))
             if at in right:
                 cells.append(blanks + cell)
             else:
                 cells.append(cell + blanks)
         yield "  ".join(cells).rstrip()
-
-
-def _display_width(text: str) -> int:
-    """Columns of a terminal: two for a wide character, none for a combining mark."""
-    wide = sum(east_asian_width(letter) in "WF" for letter in text)
-    combined = sum(combining(letter) > 0 for letter in text)
-    return len(text) + wide - combined

@@ -15,6 +15,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from html import escape
 from typing import Any, Literal
 
 import numpy as np
@@ -94,6 +95,10 @@ class SelfCheck(Struct, frozen=True):
         """Return the object of the JSON, with the schema "gyro.selfcheck/1"."""
         return {"schema": self.schema, **to_json(self)}
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>'
+
     def __str__(self) -> str:
         """Return a table, or two if the log does not scatter as stated."""
         labs = f"{self.labs} simulated labs like this one"
@@ -102,12 +107,12 @@ class SelfCheck(Struct, frozen=True):
             "in 68 % and 95 %: ± u and ± 2u of the textbook fits (honest: 68.3 and 95.4). "
             "refused: labs without an answer. µs: time for a lab"
         )
-        note = "the scatter of this log agrees with what is stated"
+        note = "this log scatters as stated"
         tables = [stated, legend]
         if self.estimators_with_scatter is not None:
             note = (
-                f"the scatter of this log is {self.scatter:.2g} times what is stated: "
-                "trust the first table"
+                f"this log scatters {self.scatter:.2g} times as much as stated: trust "
+                "the first table"
             )
             own = _table(f"{labs}, with its own scatter", self.estimators_with_scatter)
             tables.insert(0, own)
@@ -215,10 +220,11 @@ def _judge(name: str, ends: Floats, time_us: float) -> Performance:
     if not len(answered):
         return Performance(name, None, None, None, None, None, time_us, refused)
     low, below, value, above, high = answered.T
+    bias = float(value.mean() - 1)
     return Performance(
         name,
-        bias=float(value.mean() - 1),
-        rmse=math.sqrt(float(np.mean((value - 1) ** 2))),
+        bias=bias,
+        rmse=math.hypot(bias, value.std()),
         coverage_68=float(np.mean((below <= 1) & (above >= 1))),
         coverage_95=float(np.mean((low <= 1) & (high >= 1))),
         mean_u=float((above - below).mean() / 2),

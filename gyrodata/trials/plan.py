@@ -235,7 +235,7 @@ def _rank(
         if run.minutes <= minutes and not _fault(larger):
             u = fitting.relative_u(_fit(lab, larger, widths).inertia)
             ranked.append((math.log(now / u) / run.minutes, run, larger))
-    ranked.sort(key=lambda each: -each[0])
+    ranked.sort(key=itemgetter(0), reverse=True)
     return [(run, larger) for _, run, larger in ranked]
 
 
@@ -341,7 +341,7 @@ def _with_run(
     is_new = {"mass": load.mass != 1, "position": load.position != 1}
     for source in larger.sources:
         is_of_all = source.shared_by.startswith("all runs")
-        is_own = not source.shared_by or is_new.get(source.quantity, False)
+        is_own = not source.shared_by or is_new.get(source.quantity)
         if is_own and not is_of_all:
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
@@ -351,7 +351,7 @@ def _with_run(
 
 
 RANGES = {role: size.possible for role, size in checks.SIZES.items()}
-RANGES |= {"time": (SHORT, RANGES["time"][1])}
+RANGES["time"] = SHORT, RANGES["time"][1]
 """The readings that `gyro check` does not doubt [SI unit]."""
 
 

@@ -69,12 +69,12 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     assert own["coverage_95"] == pytest.approx(0.95, abs=0.05)
     assert own["rmse"] > 1.4 * stated["rmse"]
     assert (
-        f"the scatter of this log is {found['scatter']:.2g} times what is stated"
+        f"this log scatters {found['scatter']:.2g} times as much as stated"
         in text.splitlines()[0]
     )
     assert text.count("\nrecommended ") == 2
     agreeing = selfcheck(log.replace("0.14 s", "0.5 s"), 2)
-    assert "agrees" in agreeing.splitlines()[0]
+    assert "scatters as stated" in agreeing.splitlines()[0]
     assert agreeing.count("\nrecommended ") == 1
 
 
@@ -128,3 +128,12 @@ def test_each_day_is_simulated_with_its_own_balance(tmp_path: Path) -> None:
     by_column = fits(log, 60)["recommended"]
     times = {"time_us": 0.0}
     assert {**by_column, **times} == pytest.approx({**by_files[0], **times})
+
+
+def test_a_notebook_shows_the_table_as_html() -> None:
+    lab = gyrodata.analyze(SALORT)
+    check = gyrodata.selfcheck(lab, labs=2)
+    page = check._repr_html_()
+    assert page.startswith("<pre")
+    assert "recommended" in page
+    assert "<" not in page[4:-6]

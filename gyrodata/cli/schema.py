@@ -7,7 +7,7 @@ the text below an attribute is its description.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from inspect import getdoc, getsource
 from typing import Any, get_args, get_type_hints
 
@@ -16,6 +16,7 @@ from msgspec import Struct
 
 from gyrodata.grading.exports import GradesDocument
 from gyrodata.grading.rubric import rubric_shape
+from gyrodata.physics import models
 from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
 from gyrodata.results import AnalysisDocument, CheckDocument
 from gyrodata.trials.coverage import SelfCheck
@@ -30,6 +31,12 @@ DOCUMENTS: dict[str, tuple[str, tuple[type, ...]]] = {
     "selfcheck": ("gyro.selfcheck/1", (SelfCheck,)),
 }
 """Title and records of each output; an output is one of its records."""
+
+MODELS_OF: dict[str, Callable[[], list[str]]] = {
+    "Options": lambda: sorted([models.AUTO, *models.names()]),
+    "AnalysisResult": lambda: sorted(models.names()),
+}
+"""What the key "model" of a record can contain."""
 
 
 def json_schema(name: str) -> dict[str, Any]:
@@ -58,6 +65,8 @@ def json_schema(name: str) -> dict[str, Any]:
             shape.pop("default", None)
             if key in texts:
                 shape["description"] = texts[key]
+        if record.__name__ in MODELS_OF:
+            table["properties"]["model"] = {"enum": MODELS_OF[record.__name__]()}
     one_of = shapes[0] if len(shapes) == 1 else {"oneOf": list(shapes)}
     return {"$schema": dialect, "title": title, **one_of, "$defs": tables}
 

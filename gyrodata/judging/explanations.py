@@ -35,7 +35,7 @@ from gyrodata.judging.corrections import (
 )
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
-from gyrodata.measurements.checks import possible_range, unit_size
+from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.numerals import as_read
@@ -494,10 +494,11 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = [
         words
-        for role, words, of_load in SLIPS
-        if role in log.readings.columns and abs(factor / of_load - 1) < NEAR
+        for words, of_load in _slips(log.readings)
+        if abs(factor / of_load - 1) < NEAR
     ]
-    causes = [*slips, *_values_of_load(log, runs[0], factor)]
+    counts = _counts_of(log, runs, factor)
+    causes = [*slips, *counts, *_values_of_load(log, runs[0], factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -559,6 +560,32 @@ the factor on the load with which the runs would agree as well [1]."""
 KNOWN_SLIP = 10.0
 """A factor that is exactly that of a known mistake is more probable by this factor than
 any other one."""
+
+
+def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
+    """List `SLIPS`, and the other units of times and spins."""
+    for role, words, of_load in SLIPS:
+        if role in readings.columns:
+            yield words, of_load
+    for role in ("time", "spin"):
+        if role in readings.columns:
+            for unit, times in other_units(readings.columns[role]):
+                # A load is too large by as much as a time is too long.
+                of_load = times if role == "time" else 1 / times
+                yield f"their {role}s were in {unit}", of_load
+
+
+def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
+    """List the counts of turns that are the same as a factor on the load."""
+    written = log.measured.turns[runs]
+    if np.ptp(written):
+        return []
+    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
+    return [
+        f"they had {turn_words(count)}"
+        for count in counts
+        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
+    ]
 
 
 def _values_of_load(log: Log, run: int, factor: float) -> Iterator[str]:

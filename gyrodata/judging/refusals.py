@@ -79,6 +79,11 @@ def refusal(
     own = measured.single_inertia
     low = own[own > 0].min()
     high = own.max()
+    across = np.median(fitting.transverse_inertia(measured))
+    if measured.transverse_inertia is not None and not low / 3 < across < 10 * high:
+        return readings.say(
+            "no_inertia_with_transverse", why=why, across=across, low=low, high=high
+        )
     if high < 1.5 * low:
         return readings.say(
             "no_inertia_with_uncertainties", why=why, low=low, high=high

@@ -39,7 +39,7 @@ OWNERS = {
     "pint": "quantities",
     "matplotlib": "reporting trials",
     "typer": "cli",
-    "rich": "cli",
+    "rich": "cli reporting",
     "jinja2": "reporting grading",
     "yaml": "grading",
     "pypdf": "grading",

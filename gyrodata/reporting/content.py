@@ -42,7 +42,7 @@ from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a sentence [1]."""
 
-FAR = 2.0
+FAR = 2
 """A run that is further from the others than this many u is worth repeating."""
 
 FEW = 3
@@ -249,18 +249,17 @@ def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
     return say(
         SENTENCES["worth_repeating"],
         runs=join_sentences(places, ", "),
-        they_are="it is" if len(far) == 1 else "they are",
-        distance=f"{FAR:g}",
+        distance=str(FAR),
     )
 
 
 def _far(analysis: Analysis) -> list[int]:
     """Return the ordinary runs that are far from the prediction of the others."""
-    runs = enumerate(analysis.run_table)
-    distances = {
-        i: abs(run.studentized_residual or 0.0) for i, run in runs if not run.flagged
-    }
-    return [i for i, distance in distances.items() if distance > FAR]
+    return [
+        i
+        for i, run in enumerate(analysis.run_table)
+        if abs(run.studentized_residual or 0.0) > FAR and not run.flagged
+    ]
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
@@ -484,7 +483,7 @@ def _days(n: Numbers) -> Iterator[elements.Block]:
     heads = "day or group", "runs", _compared(n), "M0"
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
     yield Text((_days_agree(n),))
-    yield table(heads, rows, caption, main=0)
+    yield table(heads, rows, caption)
     yield picture("days")
 
 

@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 from typing import Literal
 
+import numpy as np
 from markupsafe import Markup, escape
 
 from gyrodata.reporting import content
@@ -43,8 +44,8 @@ _STYLES = {
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
 
-REACH = 3.0
-"""The drawing of a value ends at this many u of the value that it is compared with."""
+REACH = 10.0
+"""The drawings of a column end at this many u of the value that they compare with."""
 
 
 def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
@@ -138,30 +139,35 @@ class _Writer:
 
         Screen readers skip the drawing, because the cell contains the same numbers.
         """
-        head = table.heads[column]
-        cell = table.rows[row][column]
-        places = [part.places for part in cell if isinstance(part, Number)]
-        if head.compared is None:
-            share = self.numbers.find(*places[0])
-            return BAR.format(100 * share)
-        middle, unit = head.compared
-        boxes = _box("ref", -1.0, 1.0)
-        if not places or not unit:
-            return boxes
-        value, *u = map(self.numbers.find, places[0])
-        distance = (value - middle) / unit
-        half = sum(u) / unit
-        boxes += _box("bar", distance - half, distance + half)
-        if abs(distance) <= REACH:
-            boxes += _box("dot", distance, distance)
+        compared = table.heads[column].compared
+        values = [self._values(cells[column]) for cells in table.rows]
+        if compared is None:
+            return BAR.format(100 * values[row][0])
+        middle, unit = compared
+        if not unit:
+            return Markup()
+        away = [abs(value - middle) + sum(u) for value, *u in filter(None, values)]
+        axis = min(max(unit, *away), REACH * unit)
+        boxes = _box("ref", 0.0, unit, axis)
+        if values[row]:
+            value, *u = values[row]
+            boxes += _box("bar", value - middle, sum(u), axis)
+            if abs(value - middle) <= axis:
+                boxes += _box("dot", value - middle, 0.0, axis)
         return boxes
 
+    def _values(self, cell: Sentence) -> list[float]:
+        """Return the value of a cell and its u, if it has one; [] without a number."""
+        for part in cell:
+            if isinstance(part, Number):
+                return [*map(self.numbers.find, part.places)]
+        return []
 
-def _box(kind: str, start: float, end: float) -> Markup:
-    """Draw a box between two distances [u] from the middle of the axis."""
-    left, right = [max(-REACH, min(at, REACH)) for at in (start, end)]
-    percent = 50 / REACH
-    return BOX.format(kind, 50 + percent * left, percent * (right - left))
+
+def _box(kind: str, middle: float, half: float, axis: float) -> Markup:
+    """Draw a box around a distance, on an axis from −`axis` to `axis`."""
+    low, high = np.clip([middle - half, middle + half], -axis, axis) / axis
+    return BOX.format(kind, 50 + 50 * low, 50 * (high - low))
 
 
 def _typeset(text: str) -> Markup:

@@ -276,7 +276,7 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(
 
 def test_page_names_the_run_that_is_worth_repeating() -> None:
     log = SAMPLES / "class" / "adlernina_101_9001_lab.csv"
-    repeated = "If you have time, repeat run 4 (line 8): it is over 2 u away"
+    repeated = "If you have time, repeat run 4 (line 8): over 2 u away"
     assert repeated in words(make_page(analyze(log)))
 
 

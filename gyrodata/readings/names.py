@@ -134,7 +134,9 @@ COUNTER_WORDS = word_set("counter")
 and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | word_set("summary")
 """Words for what is below a table and is not a run."""
-NOT_THE_WEIGHT = word_set("not_the_weight") | word_set("diameter")
+DISC_WORDS = word_set("disc")
+"""Words for a disc: a weight on the rod, or the rotor of another gyroscope."""
+NOT_THE_WEIGHT = word_set("not_the_weight") | word_set("diameter") | DISC_WORDS
 """Words next to a quantity that is not an added weight, its position, or a spin."""
 MOTION_WORDS = word_set("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""

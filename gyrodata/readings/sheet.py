@@ -223,7 +223,8 @@ class _Sheet:
         for at, (unit, (cell, header)) in enumerate(pairs):
             # Minutes and seconds are below one "time".
             left = header.text or left
-            if unit not in BLANKS and unit != "1" and header.unit is None:
+            has_unit = bool(header.kinds)  # "Drehzahl (Mitte)" has a remark
+            if unit not in BLANKS and unit != "1" and not has_unit:
                 parsed = parse_header(f"{left} [{unit}]")
                 columns[at] = cell, replace(parsed, text=left)
 

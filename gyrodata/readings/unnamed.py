@@ -22,6 +22,7 @@ from gyrodata.readings.headers import (
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.layout import Choice, Chosen, hinted
 from gyrodata.readings.names import (
+    DISC_WORDS,
     INDEX,
     NAMES,
     NOT_THE_WEIGHT,
@@ -30,6 +31,7 @@ from gyrodata.readings.names import (
     SPINNING,
     SUMMARY_WORDS,
     THEORY_WORDS,
+    TOKENS,
     UNSURE_WORDS,
     Header,
     Phrases,
@@ -41,9 +43,7 @@ from gyrodata.readings.notes import altered_role
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role
 from gyrodata.readings.unusual_headers import split_unit, unusual_header
 
-_OTHER_THINGS = (
-    NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS | SCALE_WORDS
-)
+_OTHER_THINGS = NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS
 _OF_TILT = Phrases("tilted")
 """Words for an angle that the rod does not sweep."""
 _LEVEL = r"90(?:\.0*)?"
@@ -164,7 +164,10 @@ def _fitting(role: str, choice: Choice) -> list[Chosen]:
 def _unit_suffices(role: str, header: Header) -> bool:
     if header.text.lower().startswith(OF_DIFFERENCES):
         return False
-    return not _has_one_letter_unit(header) or suggest_role(header.text) == role
+    if not _has_one_letter_unit(header) or suggest_role(header.text) == role:
+        return True
+    symbol = TOKENS.split(header.name)[0]  # "m" of "m_added (g)"
+    return role in name_roles(symbol)[0]
 
 
 def _has_one_letter_unit(header: Header) -> bool:
@@ -184,6 +187,10 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
     words = squeezed_words(column.header.name)
     if role == "spin":
         words = {word for word in words if not SPINNING.is_in(word)}
+    if role == "position" and words & SCALE_WORDS:
+        return False  # a ruler may have its zero at another place
+    if role == "mass" and len(set(column.filled())) > 1:
+        words -= DISC_WORDS  # the rotor is the same in all runs
     return words.isdisjoint(_OTHER_THINGS)
 
 

@@ -152,6 +152,10 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
             {"angle": 2**0.5 / 360 / 0.33, "rounded_turns": 0.01 / 3**0.5 / 0.33},
         ),
         (
+            HEAD.replace("turns", "turns [%]") + ROW.replace("1/3", "33.3"),
+            {"angle": 2**0.5 / 360 / 0.333, "rounded_turns": 0.001 / 3**0.5 / 0.333},
+        ),
+        (
             HEAD + ROW.replace("1/3", "0.3333333"),
             {"angle": 3 * 2**0.5 / 360, "rounded_turns": None},
         ),

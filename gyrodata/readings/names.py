@@ -488,11 +488,11 @@ def measures(unit: str, role: str) -> bool:
 def moment_in(header: str) -> Literal["", "start", "end"]:
     """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
     words = squeezed_words(header)
-    if words & START_WORDS:
-        return "start"
-    if words & END_WORDS:
-        return "end"
-    return ""
+    is_start = bool(words & START_WORDS)
+    is_end = bool(words & END_WORDS)
+    if is_start == is_end:
+        return ""  # none, or "mean of start and end"
+    return "start" if is_start else "end"
 
 
 def is_of_the_spin(header: str) -> bool:

@@ -190,7 +190,7 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
     if role == "position" and words & SCALE_WORDS:
         return False  # a ruler may have its zero at another place
     if role == "mass" and len(set(column.filled())) > 1:
-        words -= DISC_WORDS  # the rotor is the same in all runs
+        words -= DISC_WORDS  # a rotor has one mass
     return words.isdisjoint(_OTHER_THINGS)
 
 

@@ -205,6 +205,8 @@ def _is_set_apart(split: _Split) -> bool:
     if name_roles(split.name)[0]:
         is_name = not split.mark and kinds_of(split.unit) == OF_TURNS
         return not is_name and squeeze(split.unit) not in SYMBOLS
+    if kinds_of(split.unit) == {"rate"} and split.unit.isalpha():
+        return True  # "rpm at half time"
     is_one_word = " " not in split.name
     return split.mark == "bracket" or (is_one_word and split.mark == "sign")
 

@@ -50,22 +50,26 @@ def interval(value: Any, u: Any, free: int | None = None) -> Answer:
         from scipy.special import stdtrit
 
         factor = float(stdtrit(free, 0.975))
-    return float(value), float(value - factor * u), float(value + factor * u)
+    half_length = factor * u
+    return float(value), float(value - half_length), float(value + half_length)
 
 
 def mean_of_ratios(lab: Lab) -> Answer:
     """Average M/(φ̇ψ̇)."""
     ratios = lab["torque"] / product(lab)
     count = len(ratios)
-    return interval(ratios.mean(), ratios.std(ddof=1) / count**0.5, count - 1)
+    u = ratios.std(ddof=1) / count**0.5
+    return interval(ratios.mean(), u, count - 1)
 
 
 def line_with_intercept(lab: Lab) -> Answer:
     """Fit M to φ̇ψ̇ by a straight line."""
-    if not np.ptp(lab["torque"]):
+    torque = lab["torque"]
+    if not np.ptp(torque):
         raise ValueError("a line needs different torques")
-    (slope, _), covariance = np.polyfit(product(lab), lab["torque"], 1, cov=True)
-    return interval(slope, covariance[0, 0] ** 0.5, len(lab["torque"]) - 2)
+    (slope, _), covariance = np.polyfit(product(lab), torque, 1, cov=True)
+    variance = covariance[0, 0]
+    return interval(slope, variance**0.5, len(torque) - 2)
 
 
 def curve_fit(lab: Lab) -> Answer:
@@ -95,7 +99,8 @@ def odrpack(lab: Lab) -> Answer:
         weight_x=1 / np.diag(lab["product_cov"]),
         weight_y=1 / np.diag(lab["torque_cov"]),
     )
-    return interval(solution.beta[0], solution.sd_beta[0], len(lab["torque"]) - 2)
+    free = len(lab["torque"]) - 2
+    return interval(solution.beta[0], solution.sd_beta[0], free)
 
 
 def lmfit(lab: Lab) -> Answer:
@@ -106,7 +111,8 @@ def lmfit(lab: Lab) -> Answer:
     parameters = create_params(inertia=inertia, residual=residual)
 
     def deviations(at: Any) -> Any:
-        return (predicted_time(lab, **at.valuesdict()) - lab["time"]) / lab["time_u"]
+        predicted = predicted_time(lab, **at.valuesdict())
+        return (predicted - lab["time"]) / lab["time_u"]
 
     solution = minimize(deviations, parameters)
     fitted = solution.params["inertia"]
@@ -118,12 +124,15 @@ def iminuit(lab: Lab) -> Answer:
     from iminuit import Minuit
 
     # Relative errors of φ̇ψ̇ and of M are relative errors of the time.
-    relative = lab["product_cov"] / np.outer(product(lab), product(lab))
-    relative += lab["torque_cov"] / np.outer(lab["torque"], lab["torque"])
-    inverse = np.linalg.inv(relative * np.outer(lab["time"], lab["time"]))
+    products = product(lab)
+    torque = lab["torque"]
+    times = lab["time"]
+    relative = lab["product_cov"] / np.outer(products, products)
+    relative += lab["torque_cov"] / np.outer(torque, torque)
+    inverse = np.linalg.inv(relative * np.outer(times, times))
 
     def chi_square(inertia: float, residual: float) -> float:
-        off = lab["time"] - predicted_time(lab, inertia, residual)
+        off = times - predicted_time(lab, inertia, residual)
         return float(off @ inverse @ off)
 
     minuit = Minuit(chi_square, *start(lab))

@@ -125,8 +125,8 @@ def list_jobs(
     for scene in (lab, *motions.SCENES[1:]):
         yield "motion", partial(motions.compare, scene, effort.labs, SEED)
     for kind in maps.KINDS:
-        cells = itertools.product(kind.y[:: effort.every], kind.x[:: effort.every])
-        for y, x in cells:
+        every = slice(None, None, effort.every)
+        for y, x in itertools.product(kind.y[every], kind.x[every]):
             yield kind.name, partial(kind.fit, x, y, seeds)
     for name in (*programs.installed(), fits.GYRO) * effort.processes:
         yield "process", partial(fits.process_cost, name, lab.draw(SEED))

@@ -113,13 +113,13 @@ def answer(inertia: Estimate, reacts: bool) -> Answer:
 def process_cost(name: str, log: str) -> list[dict[str, Any]]:
     """Measure the CPU time of a whole process that fits a lab [s]."""
     words = [programs.__file__, name]
-    data = pickle.dumps(lab_of(measured_lab(log)))
+    stdin = pickle.dumps(lab_of(measured_lab(log)))
     if name == GYRO:
         words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
-        data = log.encode()
+        stdin = log.encode()
     before = children_time()
     command = [sys.executable, *words]
-    subprocess.run(command, input=data, capture_output=True, check=True)
+    subprocess.run(command, input=stdin, capture_output=True, check=True)
     return [{"method": name, "process": children_time() - before}]
 
 

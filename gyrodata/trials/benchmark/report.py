@@ -189,10 +189,10 @@ def files(
 ) -> dict[str, bytes]:
     """Return the page, the pictures and the tables; `own` is the name of a log, or ""."""
     drawn = answers_of([partial(draw, name, tables) for name in PICTURES], workers)
-    data = {f"{name}.png": png for name, png in zip(PICTURES, drawn, strict=True)}
+    contents = {f"{name}.png": png for name, png in zip(PICTURES, drawn, strict=True)}
     for name, table in tables.items():
-        data[f"{name}.csv"] = table.to_csv(index=False).encode()
-    return data | {"benchmark.html": page(tables, own).encode()}
+        contents[f"{name}.csv"] = table.to_csv(index=False).encode()
+    return contents | {"benchmark.html": page(tables, own).encode()}
 
 
 def draw(name: str, tables: Mapping[str, pd.DataFrame]) -> bytes:

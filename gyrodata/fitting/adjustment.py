@@ -224,9 +224,19 @@ class Problem:
         by_position = signed_load * g
         by_g = signed_load * position
         by_added = minus_angle * spin
-        of_load = by_load, by_position, by_g
         to = np.array(
-            [push, by_spin, by_turns, *of_load, level, level, by_added, signed]
+            [
+                push,
+                by_spin,
+                by_turns,
+                by_load,
+                by_position,
+                by_g,
+                level,
+                level,
+                by_added,
+                signed,
+            ]
         )
         if self.tilted:
             misclosure += _add_tilt(to, values, whole, time, sense)
@@ -272,8 +282,7 @@ class Problem:
 
         I_zz, M0 and b are counted in the units `scale`.
         """
-        width = 3 + len(self.owners)
-        derivatives = np.zeros((self.count, width))
+        derivatives = np.zeros((self.count, 3 + len(self.owners)))
         derivatives[:, :3] = linear.to_unknowns * scale
         column = 3 + self.to_column
         of_shared = linear.slopes[self.from_source, self.from_run]
@@ -365,8 +374,7 @@ def median(values: Floats) -> float:
     count = len(ordered)
     half = count // 2
     below = ordered[-1 - half]
-    above = ordered[half]
-    return float(below + above) / 2
+    return float(below + ordered[half]) / 2
 
 
 # --- the start ---
@@ -453,8 +461,7 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
 def _pairs(count: int) -> tuple[Any, Any]:
     """Return pairs of runs: all of them, or about 80 that are spread evenly."""
     first, second = np.triu_indices(count, 1)
-    pairs = len(first)
-    step = pairs // 80 + 1
+    step = len(first) // 80 + 1
     return first[::step], second[::step]
 
 
@@ -482,8 +489,7 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
             relative_u = source.relative * measured.time
             u = source.absolute + relative_u
             break
-    percent = 0.01 * predicted
-    size = np.hypot(u[index], percent)
+    size = np.hypot(u[index], 0.01 * predicted)
     off = np.abs(time - predicted)
     misfit: Floats = off / size
     return misfit
@@ -600,8 +606,7 @@ def adjust(
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
-        change = plain @ step
-        closed = at.misclosure + change
+        closed = at.misclosure + plain @ step
         # The prediction for a run that is left out is also linear only on its
         # condition.
         single = -at.independent * (closed / at.independent_variance)
@@ -702,8 +707,7 @@ def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     if not triangle.diagonal().all():
         raise NoFit("these runs do not determine the unknowns separately")
     target = upper[:, -1]
-    step = np.linalg.solve(triangle, target)
-    return triangle, np.asarray(step, dtype=float)
+    return triangle, np.asarray(np.linalg.solve(triangle, target), dtype=float)
 
 
 def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
@@ -773,11 +777,9 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     read = np.abs(observed)
     absolute = np.abs(problem.absolute[source, run])
     size = absolute + problem.relative[source, run] * read
-    is_kept = adjusted.kept[run] > 0
-    is_measured = np.isin(quantity, MEASURED) & is_kept
+    is_measured = np.isin(quantity, MEASURED) & (adjusted.kept[run] > 0)
     is_large = error * size > MOVED * read
-    is_certain = error > MOVED_U
-    far = is_measured & is_large & is_certain
+    far = is_measured & is_large & (error > MOVED_U)
     if far.any():
         relative = far * error * size / np.maximum(read, 1e-300)
         worst = source[relative.argmax()]

@@ -20,7 +20,6 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import physics
 from gyrodata.fitting.adjustment import (
     ADDED,
     ASTRAY,
@@ -67,7 +66,7 @@ from gyrodata.measurements import (
     share_of_mean,
     total_spin_excess,
 )
-from gyrodata.physics import Floats
+from gyrodata.physics import Floats, precession_rate
 from gyrodata.physics.models import ModelError, Motion, TimedRuns
 from gyrodata.physics.motion import Top
 
@@ -211,12 +210,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         unit = UNITS[number]
         if self.posterior is None:
             variance = self.covariance[number, number]
-            value = float(self.adjusted.unknowns[number])
-            return Estimate(value, math.sqrt(variance), unit)
+            value = self.adjusted.unknowns[number]
+            return Estimate(float(value), math.sqrt(variance), unit)
         quantiles = self.posterior.quantiles(number)
         low, below, median, above, high = quantiles.tolist()
-        u = (above - below) / 2
-        return Estimate(median, u, unit, (low, high))
+        return Estimate(median, (above - below) / 2, unit, (low, high))
 
     @property
     def covariance(self) -> Floats:
@@ -253,13 +251,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         spin = self.sense * values[SPIN]
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
-        signed_rate = physics.precession_rate(torque, spin, *top)
+        signed_rate = precession_rate(torque, spin, *top)
         rate = np.abs(signed_rate)
         late = bias + self._shift_of(DAY_BIAS)
         angle = REVOLUTION * values[TURNS]
         with np.errstate(divide="ignore"):
-            duration = angle / rate
-            time: Floats = duration + late
+            time: Floats = angle / rate + late
         return time
 
     @cached_property
@@ -451,8 +448,7 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
         of_density = on_time * math.log(math.tau) / 2
         evidence = other.log_evidence - of_density
         if late:
-            density = LATE_RUNS / LATEST
-            of_late = late * math.log(density)
+            of_late = late * math.log(LATE_RUNS / LATEST)
             evidence += math.log(LATE_LABS) + of_late
             evidence += on_time * math.log(1 - LATE_RUNS)
         assert other.posterior is not None
@@ -475,15 +471,13 @@ def _without_late_runs(
     """Leave out one run after the other, the one that seems latest first."""
     kept = result.adjusted.kept.copy()
     tilted = result.adjusted.problem.tilted
-    third = int(kept.sum() / 3)
-    for _ in range(third):
+    for _ in range(int(kept.sum() / 3)):
         deviations = np.where(kept > 0, result.as_stated.deviations, -np.inf)
         run = int(deviations.argmax())
         if deviations[run] < LATE_DEVIATION:
             return
         kept[run] = 0.0
-        is_out = kept == 0
-        left_out = np.flatnonzero(is_out).tolist()
+        left_out = np.flatnonzero(kept == 0).tolist()
         try:
             begun = _fits_at_widths(measured, tilted, left_out, AS_STATED)
         except NoFit:
@@ -575,8 +569,7 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     groups = measured.balance_groups
     # `np.unique` would import numpy.ma, which takes as long as the fit.
     has_weight = groups >= 0
-    of_kept = groups[kept & has_weight]
-    weights = sorted({*of_kept.tolist()})
+    weights = sorted({*groups[kept & has_weight].tolist()})
     is_of_weight = groups[:, None] == np.array(weights)
     share = share_of_mean(measured.day)
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
@@ -674,8 +667,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     for row, variance in sorted(rows.items(), key=itemgetter(1), reverse=True):
         if variance:
             share = variance / total
-            contribution = u * math.sqrt(share)
-            budget.append(Share(*row, contribution, share))
+            budget.append(Share(*row, u * math.sqrt(share), share))
     return tuple(budget)
 
 
@@ -747,15 +739,13 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     """
     # The fit can be that of other runs of the same days.
     mean = near.residual_torque.value
-    fitted = near.adjusted.problem.measured
-    days = fitted.day.tolist()
+    days = near.adjusted.problem.measured.day.tolist()
     m0_of_day = dict(zip(days, near.balances.tolist(), strict=True))
     m0 = [m0_of_day.get(day, mean) for day in measured.day.tolist()]
     inertia = near.inertia.value + measured.added
     transverse = transverse_inertia(measured)
     try:
-        torque = measured.torque + m0
-        return Top(inertia, transverse, torque)
+        return Top(inertia, transverse, measured.torque + m0)
     except ValueError as error:
         raise NoFit(f"the fit gives a top that cannot exist: {error}") from None
 

@@ -209,8 +209,8 @@ class Problem:
         net_torque = torque + residual_torque
         signed = sense * time
         push = sense * net_torque
-        whole = inertia + added
-        moment = whole * spin
+        total_inertia = inertia + added
+        moment = total_inertia * spin
         spin_term = minus_angle * moment
         torque_term = push * time
         misclosure = torque_term + spin_term
@@ -218,7 +218,7 @@ class Problem:
         signed_load = signed * load
         arm = position * g
         level = np.zeros_like(time)
-        by_spin = minus_angle * whole
+        by_spin = minus_angle * total_inertia
         by_turns = -REVOLUTION * moment
         by_load = signed * arm
         by_position = signed_load * g
@@ -239,7 +239,7 @@ class Problem:
             ]
         )
         if self.tilted:
-            misclosure += _add_tilt(to, values, whole, time, sense)
+            misclosure += _add_tilt(to, values, total_inertia, time, sense)
         # A larger I_zz is like an inertia of the weight, and b shortens the time.
         to_unknowns = np.array([to[ADDED], signed, -to[TIME]]).T
         # Derivative of a reading's true value with respect to each error.
@@ -291,14 +291,14 @@ class Problem:
 
 
 def _add_tilt(
-    to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
+    to: Floats, values: Floats, total_inertia: Floats, time: Floats, sense: Floats
 ) -> Floats:
     """Return the term of a tilted rod, and add its derivatives to `to`."""
     turns = values[TURNS]
     pitch = values[PITCH]
     transverse = values[TRANSVERSE]
     angle = REVOLUTION * turns
-    difference = whole - transverse
+    difference = total_inertia - transverse
     square = sense * angle**2 / time
     sine = np.sin(pitch)
     tilt = square * sine
@@ -440,13 +440,13 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     if not usable.any():
         return rough
     lines = Start(inertia[usable, None], imbalance[usable, None])
-    off = misfits(measured, lines, index)
+    misfit = misfits(measured, lines, index)
     # All outliers count the same, so that the pair with the fewest outliers wins; of
     # equal pairs the smaller M0 wins.
     half = count // 2
-    medians = np.partition(off, half, axis=1)[:, half]
+    medians = np.partition(misfit, half, axis=1)[:, half]
     scatter = max(1.0, MAD_TO_SD * float(medians.min()))
-    relative = off / scatter
+    relative = misfit / scatter
     limited = np.minimum(relative, _ODD)
     squares = limited**2
     cost = squares.sum(axis=1)
@@ -490,8 +490,8 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
             u = source.absolute + relative_u
             break
     size = np.hypot(u[index], 0.01 * predicted)
-    off = np.abs(time - predicted)
-    misfit: Floats = off / size
+    difference = np.abs(time - predicted)
+    misfit: Floats = difference / size
     return misfit
 
 
@@ -700,9 +700,9 @@ def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     """
     # The triangular factor with the target as last column contains Qᵀ·target: Q is not
     # needed.
-    whole: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
+    augmented: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
     unknowns = rows.shape[1] - 1
-    upper = whole[:unknowns]
+    upper = augmented[:unknowns]
     triangle = upper[:, :-1]
     if not triangle.diagonal().all():
         raise NoFit("these runs do not determine the unknowns separately")

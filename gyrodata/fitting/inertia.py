@@ -765,16 +765,16 @@ def _corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measu
 def _source_of(error: ModelError) -> Source:
     """Return an error of a model of motion as a source of error of the log."""
     count = len(error.size)
-    nothing = np.zeros(count)
-    every = np.zeros(count, dtype=int)
-    own = np.arange(count)
+    no_error = np.zeros(count)
+    shared_group = np.zeros(count, dtype=int)
+    own_groups = np.arange(count)
     is_time = error.quantity == "time"
     return Source(
         error.name,
         error.quantity,
-        every if error.shared_by else own,
-        error.size if is_time else nothing,
-        nothing if is_time else error.size,
+        shared_group if error.shared_by else own_groups,
+        error.size if is_time else no_error,
+        no_error if is_time else error.size,
         error.shared_by,
         True,
         error.described,

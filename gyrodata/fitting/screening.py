@@ -70,13 +70,13 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
 
 def _far_runs(measured: Measurements) -> set[int]:
     """Return the runs that are far from the line that most runs agree with."""
-    every = np.ones(len(measured.runs))
+    kept = np.ones(len(measured.runs))
     sense = np.where(measured.sense == 0, 1.0, measured.sense)
-    start = first_guess(measured, sense, every)
-    off = misfits(measured, start)
-    off[measured.torque == 0] = 0.0
-    limit = OUTLIER * max(1.0, MAD_TO_SD * median(off))
-    return set(np.flatnonzero(off > limit).tolist())
+    start = first_guess(measured, sense, kept)
+    misfit = misfits(measured, start)
+    misfit[measured.torque == 0] = 0.0
+    limit = OUTLIER * max(1.0, MAD_TO_SD * median(misfit))
+    return set(np.flatnonzero(misfit > limit).tolist())
 
 
 def _settle(
@@ -138,11 +138,11 @@ def ordinary_line(
     spread = np.sqrt(np.vecdot(away, away))
     spread = np.where(spread > 1e-9 * size, spread, np.nan)
     slope = np.vecdot(away, y - y_mean) / spread**2
-    left = y - y_mean - slope[..., None] * away
+    residual = y - y_mean - slope[..., None] * away
     freedom = count - 1 - intercept
     sd = np.full_like(slope, np.nan)
     if freedom > 0:
-        sd = np.sqrt(np.vecdot(left, left) / freedom)
+        sd = np.sqrt(np.vecdot(residual, residual) / freedom)
     constant = y_mean[..., 0] - slope * x_mean[..., 0]
     u_constant = sd * size / (spread * math.sqrt(count))
     return slope, sd / spread, constant, u_constant

@@ -527,8 +527,8 @@ class Motion(Struct, frozen=True):
 
     def of_effect(self, effect: str) -> MotionModel | None:
         """Return the model of an effect; None if the effect is left out."""
-        of_effect = [model for model in self.models if model.effect == effect]
-        return of_effect[0] if of_effect else None
+        of_effect = (model for model in self.models if model.effect == effect)
+        return next(of_effect, None)
 
     def without(self, effect: str) -> Motion:
         """Return the same models without an effect."""

@@ -346,8 +346,13 @@ class _Nod(Struct, frozen=True, eq=False):
         """Compute the mean of φ̇ cosθ over one nutation [rad/s], shape (...)."""
         upper, _ = self.poles(_X)
         level = self.rate(_X) * (1 - upper)
-        swept = (level * self.weight).sum(axis=-1)
-        return swept / self.weight.sum(axis=-1)
+        return self.mean(level)
+
+    def mean(self, values: Any) -> Any:
+        """Compute the mean over one nutation of values at `_X`, shape (...)."""
+        weighted = values * self.weight
+        duration = self.weight.sum(axis=-1)
+        return weighted.sum(axis=-1) / duration
 
     def swept(self, x: Any) -> tuple[Any, Any]:
         """Compute the time [s] and the azimuth in the frame [rad] from the start to x.
@@ -415,8 +420,8 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
             rates.append(mean_precession_rate(Top(*part[:3]), *part[3:]))
         return np.concatenate(rates)
     nod = _nod(top, spin, pitch)
-    swept = (nod.rate(_X) * nod.weight).sum(axis=-1)
-    return nod.flip[..., 0] * swept / nod.weight.sum(axis=-1)
+    mean = nod.mean(nod.rate(_X))
+    return nod.flip[..., 0] * mean
 
 
 def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
@@ -438,7 +443,7 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     total = np.asarray(spin, dtype=float)
     slope = before = previous = np.zeros_like(total)
     for turn in range(6):
-        excess = _nod(top, total, pitch).excess()
+        excess = spin_excess(top, total, pitch)
         if turn:
             moved = total - previous
             rise = excess - before

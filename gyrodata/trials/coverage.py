@@ -129,16 +129,10 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
     for fit in estimators:
         name = fit.name.replace("_", " ").replace("constant", "intercept")
         parts = fit.bias, fit.rmse, fit.mean_u, fit.coverage_68, fit.coverage_95
-        cells = map(_in_percent, parts)
+        cells = ["-" if part is None else f"{100 * part:.2f}" for part in parts]
         rows.append([name, *cells, str(fit.refused), f"{fit.time_us:.1f}"])
-    numbers = range(1, len(heads))
-    lines = in_columns(rows, right=numbers)
+    lines = in_columns(rows, right=range(1, len(heads)))
     return "\n".join([f"{title}; in % of the true I_zz", *lines])
-
-
-def _in_percent(part: float | None) -> str:
-    """Write a part in %, or "-" without one."""
-    return "-" if part is None else f"{100 * part:.2f}"
 
 
 def selfcheck(

@@ -171,12 +171,11 @@ def _plan(
     lab: Lab, limits: Limits, now: float | None, first: tuple[PlannedRun, ...]
 ) -> Plan:
     """Choose runs, and say what remains."""
-    ranked = _rank(lab, limits)
+    ranked = _rank(lab, limits)[:SHOWN]
     if not ranked:
         raise InputError.named("plan_impossible")
     # The user sees the first choices with the u of their whole fits.
-    best = _fitted(lab, ranked[:SHOWN])
-    choices = tuple([run for run, _ in best])
+    choices = tuple([run for run, _ in _fitted(lab, ranked)])
     left_out = _left_out(lab, limits)
     runs, lab, end = _choose(lab, limits)
     u = relative_u(lab.fit.inertia)

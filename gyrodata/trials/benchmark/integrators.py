@@ -110,9 +110,7 @@ def fitted_order(curve: pd.DataFrame) -> float:
     fine = curve[curve["error"].between(*SHOWS_ORDER)].tail(FITTED)
     if len(fine) < 2:
         return math.nan
-    ln_evaluations = np.log(fine["evaluations"])
-    ln_error = np.log(fine["error"])
-    slope, _ = np.polyfit(ln_evaluations, ln_error, 1)
+    slope, _ = np.polyfit(np.log(fine["evaluations"]), np.log(fine["error"]), 1)
     return -float(slope)
 
 

@@ -122,12 +122,11 @@ def lab_of(measured: Measurements) -> dict[str, Any]:
     late = measured.product / measured.time * measured.timing_bias_u
     times = covariance(measured, measured.time, "time")
     product = covariance(measured, measured.product, "time", "spin", "turns")
-    torque = covariance(measured, measured.torque, "mass", "position", "g")
     variances = np.diag(times)
     errors = {
         "time_u": np.sqrt(variances),
         "product_cov": product + np.outer(late, late),
-        "torque_cov": torque,
+        "torque_cov": covariance(measured, measured.torque, "mass", "position", "g"),
     }
     return points_of(measured) | errors
 

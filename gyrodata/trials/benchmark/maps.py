@@ -88,10 +88,9 @@ class MapKind(Struct, frozen=True):
 def of_balance(difference: float, weights: float) -> LabScene:
     """Return labs whose M0 depends on the weight, in % of the lightest torque."""
     masses = np.linspace(0.020, 0.060, int(weights))
-    u = Uncertainty(difference / 100 * 0.020, 0.002)
     return LabScene(
         design=Design(masses=tuple(masses)),
-        noise={"u_mass": u},
+        noise={"u_mass": Uncertainty(difference / 100 * 0.020, 0.002)},
         stated={"u_mass": "0.2 %"},
     )
 
@@ -105,8 +104,7 @@ def of_torques(spread: float, torques: float) -> LabScene:
 def of_runs(runs: float, spin_u: float) -> LabScene:
     """Return balanced labs of many runs; u of a spin is in %."""
     noise = {"u_spin": Uncertainty(0.0, spin_u / 100)}
-    design = Design(repeats=int(runs) // 9)
-    return LabScene(design=design, noise=noise, imbalance=0.0)
+    return LabScene(design=Design(repeats=int(runs) // 9), noise=noise, imbalance=0.0)
 
 
 def fit_labs(

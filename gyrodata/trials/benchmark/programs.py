@@ -58,8 +58,7 @@ def mean_of_ratios(lab: Lab) -> Answer:
     """Average M/(φ̇ψ̇)."""
     ratios = lab["torque"] / product(lab)
     count = len(ratios)
-    u = ratios.std(ddof=1) / count**0.5
-    return interval(ratios.mean(), u, count - 1)
+    return interval(ratios.mean(), ratios.std(ddof=1) / count**0.5, count - 1)
 
 
 def line_with_intercept(lab: Lab) -> Answer:
@@ -99,8 +98,7 @@ def odrpack(lab: Lab) -> Answer:
         weight_x=1 / np.diag(lab["product_cov"]),
         weight_y=1 / np.diag(lab["torque_cov"]),
     )
-    free = len(lab["torque"]) - 2
-    return interval(solution.beta[0], solution.sd_beta[0], free)
+    return interval(solution.beta[0], solution.sd_beta[0], len(lab["torque"]) - 2)
 
 
 def lmfit(lab: Lab) -> Answer:
@@ -111,8 +109,7 @@ def lmfit(lab: Lab) -> Answer:
     parameters = create_params(inertia=inertia, residual=residual)
 
     def deviations(at: Any) -> Any:
-        predicted = predicted_time(lab, **at.valuesdict())
-        return (predicted - lab["time"]) / lab["time_u"]
+        return (predicted_time(lab, **at.valuesdict()) - lab["time"]) / lab["time_u"]
 
     solution = minimize(deviations, parameters)
     fitted = solution.params["inertia"]

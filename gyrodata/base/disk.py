@@ -95,9 +95,9 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
     """
     try:
         with alone_in(folder), ExitStack() as files:
-            for name, data in contents.items():
+            for name, content in contents.items():
                 file = files.enter_context(new_file(folder / name))
-                file.write(data)
+                file.write(content)
                 file.flush()  # to close and to rename it takes no room on a disk
     except OSError:
         with suppress(OSError):
@@ -105,11 +105,11 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
         raise
 
 
-def add_to(path: Path, data: bytes) -> None:
+def add_to(path: Path, content: bytes) -> None:
     """Write at the end of a private file; make the file if there is none."""
     number = os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600)
     with os.fdopen(number, "wb") as file:
-        file.write(data)
+        file.write(content)
 
 
 @contextmanager

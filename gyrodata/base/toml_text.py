@@ -12,7 +12,7 @@ from gyrodata.base.errors import Diagnostic, InputError
 
 
 def read_toml(
-    data: bytes, name: str, not_utf8: str, not_toml: str
+    content: bytes, name: str, not_utf8: str, not_toml: str
 ) -> tuple[str, dict[str, Any]]:
     """Return the text of a file and its values.
 
@@ -22,9 +22,9 @@ def read_toml(
         One of the messages `not_utf8` and `not_toml`.
     """
     # PowerShell writes a file that it makes with > in UTF-16.
-    is_utf16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    is_utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
     encoding = "utf-16" if is_utf16 else "utf-8-sig"
-    text = data.decode(encoding, "replace" if is_utf16 else "surrogateescape")
+    text = content.decode(encoding, "replace" if is_utf16 else "surrogateescape")
     text = text.replace("\r\n", "\n")
     if bad := re.search("[\udc80-\udcff]", text):
         line = text.count("\n", 0, bad.start()) + 1

@@ -148,21 +148,23 @@ class Problem:
 
     def _number_shared_errors(self) -> None:
         """Number the shared errors, in the order of sources and groups."""
-        self.independent = np.zeros(self.absolute.shape)
-        self.member = np.full(self.absolute.shape, -1)
+        shape = self.absolute.shape
+        self.independent = np.zeros(shape)
+        self.member = np.full(shape, -1)
         owners: list[int] = []
         for number, source in enumerate(self.sources):
-            touched = source.groups >= 0
-            sizes = np.bincount(source.groups[touched], minlength=1)
+            groups = source.groups
+            touched = groups >= 0
+            sizes = np.bincount(groups[touched], minlength=1)
             if source.quantity == "balance":
                 # A weight with a single run has a balance too, which does not scatter
                 # with the run's own errors.
                 sizes *= self.count
-            size = np.where(touched, sizes[source.groups], 0)
+            size = np.where(touched, sizes[groups], 0)
             self.independent[number] = size == 1
             is_shared = sizes > 1
             column = len(owners) + np.cumsum(is_shared) - 1
-            self.member[number] = np.where(size > 1, column[source.groups], -1)
+            self.member[number] = np.where(size > 1, column[groups], -1)
             owners += [number] * int(np.sum(is_shared))
         self.owners = np.array(owners, dtype=int)
         """The source of each shared error."""
@@ -194,85 +196,126 @@ class Problem:
         Extrapolate the errors of single runs to zero.
         """
         # An error is either in `single` or in `shared`; the other one is zero.
-        errors = single + self.errors_of(shared)
-        # Relative errors multiply. If they were added, a shared factor that makes all
-        # true values smaller would also make each run's own error smaller: a gain that
-        # grows with the number of runs.
-        relative = self.relative * errors
-        factors = 1 + relative
-        scale = np.ones_like(self.observed)
-        np.multiply.at(scale, self.quantity, factors)
-        absolute = self.absolute * errors
-        shift = self.onto @ absolute
-        unscaled = self.observed - shift
-        values = unscaled / scale
+        shared_errors = self.errors_of(shared)
+        errors = single + shared_errors
+        values, scale = self._true_values(errors)
         inertia, residual_torque, bias = unknowns
-        time = values[TIME] - bias
-        spin = values[SPIN]
-        minus_angle = -REVOLUTION * values[TURNS]
-        load = values[LOAD]
-        position = values[POSITION]
-        g = values[G]
-        torque = load * g * position + values[BALANCE]
+        clock, spin, turns, load, position, g, _, _, added, balance = values
+        time = clock - bias
+        minus_angle = -REVOLUTION * turns
+        force = load * g
+        applied_torque = force * position
+        torque = applied_torque + balance
+        net_torque = torque + residual_torque
         signed = sense * time
-        push = sense * (torque + residual_torque)
-        whole = inertia + values[ADDED]
-        moment = whole * spin
+        push = sense * net_torque
+        total_inertia = inertia + added
+        moment = total_inertia * spin
         spin_term = minus_angle * moment
-        misclosure = push * time + spin_term
-        # Derivatives with respect to each quantity.
-        to = np.zeros(values.shape)
-        to[TIME] = push
-        to[SPIN] = minus_angle * whole
-        to[TURNS] = -REVOLUTION * moment
+        torque_term = push * time
+        misclosure = torque_term + spin_term
+        # Derivatives with respect to each quantity, in the order of the rows.
         signed_load = signed * load
-        to[LOAD] = signed * (position * g)
-        to[POSITION] = signed_load * g
-        to[G] = signed_load * position
-        to[BALANCE] = signed
-        to[ADDED] = minus_angle * spin
+        arm = position * g
+        level = np.zeros_like(time)
+        by_spin = minus_angle * total_inertia
+        by_turns = -REVOLUTION * moment
+        by_load = signed * arm
+        by_position = signed_load * g
+        by_g = signed_load * position
+        by_added = minus_angle * spin
+        to = np.array(
+            [
+                push,
+                by_spin,
+                by_turns,
+                by_load,
+                by_position,
+                by_g,
+                level,
+                level,
+                by_added,
+                signed,
+            ]
+        )
         if self.tilted:
-            misclosure += _add_tilt(to, values, whole, time, sense)
+            misclosure += _add_tilt(to, values, total_inertia, time, sense)
         # A larger I_zz is like an inertia of the weight, and b shortens the time.
         to_unknowns = np.array([to[ADDED], signed, -to[TIME]]).T
         # Derivative of a reading's true value with respect to each error.
-        by_relative = self.relative * values[self.quantity] / factors
-        by_absolute = self.absolute / scale[self.quantity]
+        quantity = self.quantity
+        factors = 1 + self.relative * errors
+        spread = self.relative * values[quantity]
+        by_relative = spread / factors
+        by_absolute = self.absolute / scale[quantity]
         by_error = by_relative + by_absolute
-        to_reading = to[self.quantity]
+        to_reading = to[quantity]
         slopes = -by_error * to_reading
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
-        floor = (NEGLIGIBLE * spin_term) ** 2
-        variance = (independent**2).sum(axis=0) + floor
+        floor = NEGLIGIBLE * spin_term
+        squares = independent**2
+        variance = squares.sum(axis=0) + floor**2
         of_single = independent * single
         misclosure -= of_single.sum(axis=0)
         return Linear(
             values, torque, misclosure, to_unknowns, slopes, independent, variance
         )
 
+    def _true_values(self, errors: Floats) -> tuple[Floats, Floats]:
+        """Return the readings without their errors, and the product of the factors.
+
+        Relative errors multiply. If they were added, a shared factor that makes all
+        true values smaller would also make each run's own error smaller: a gain that
+        grows with the number of runs.
+        """
+        relative = self.relative * errors
+        scale = np.ones_like(self.observed)
+        np.multiply.at(scale, self.quantity, 1 + relative)
+        absolute = self.absolute * errors
+        shift = self.onto @ absolute
+        unscaled = self.observed - shift
+        return unscaled / scale, scale
+
+    def derivatives(self, linear: Linear, scale: Floats) -> Floats:
+        """Return the derivatives with respect to all unknowns, shape (n, 3 + K).
+
+        I_zz, M0 and b are counted in the units `scale`.
+        """
+        derivatives = np.zeros((self.count, 3 + len(self.owners)))
+        derivatives[:, :3] = linear.to_unknowns * scale
+        column = 3 + self.to_column
+        of_shared = linear.slopes[self.from_source, self.from_run]
+        derivatives[self.from_run, column] = of_shared
+        return derivatives
+
 
 def _add_tilt(
-    to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
+    to: Floats, values: Floats, total_inertia: Floats, time: Floats, sense: Floats
 ) -> Floats:
     """Return the term of a tilted rod, and add its derivatives to `to`."""
-    angle = REVOLUTION * values[TURNS]
+    turns = values[TURNS]
     pitch = values[PITCH]
-    difference = whole - values[TRANSVERSE]
+    transverse = values[TRANSVERSE]
+    angle = REVOLUTION * turns
+    difference = total_inertia - transverse
     square = sense * angle**2 / time
-    tilt = square * np.sin(pitch)
-    to[TIME] += difference * tilt / time
+    sine = np.sin(pitch)
+    tilt = square * sine
+    excess = difference * tilt
+    to[TIME] += excess / time
     to[TURNS] -= 2 * REVOLUTION * difference * tilt / angle
     to[PITCH] = -difference * square * np.cos(pitch)
     to[TRANSVERSE] = tilt
     to[ADDED] -= tilt
-    term: Floats = -difference * tilt
+    term: Floats = -excess
     return term
 
 
 def _observed(measured: Measurements, tilted: bool) -> Floats:
     """Return the readings, shape (10, n)."""
-    observed = np.zeros((QUANTITIES, len(measured.runs)))
+    count = len(measured.runs)
+    observed = np.zeros((QUANTITIES, count))
     # The angle that steady precession would have swept in the same time.
     observed[TIME] = measured.time
     observed[TURNS] = measured.turns * measured.slowing
@@ -305,18 +348,21 @@ def transverse_inertia(measured: Measurements) -> Floats:
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
     load = np.nan_to_num(measured.mass * measured.position**2)
+    rough = rough_inertia(measured)
     if measured.nutation_ratio is not None:
-        inertia = measured.nutation_ratio * rough_inertia(measured)
-        of_others = np.nanmedian(inertia - load) + load
-        return np.where(np.isnan(inertia), of_others, inertia)
-    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
+        inertia = measured.nutation_ratio * rough
+        of_body = np.nanmedian(inertia - load)
+        of_others = of_body + load
+        is_unknown = np.isnan(inertia)
+        return np.where(is_unknown, of_others, inertia)
+    return DEFAULT_TRANSVERSE_RATIO * rough + load
 
 
 def rough_inertia(measured: Measurements) -> float:
     """Compute the median of M/(φ̇ψ̇) of the loaded runs [kg*m^2]."""
     ratios = measured.single_inertia
-    ratios = ratios[ratios > 0]
-    return median(ratios) if len(ratios) else 1e-3
+    is_loaded = ratios > 0
+    return median(ratios[is_loaded]) if is_loaded.any() else 1e-3
 
 
 def median(values: Floats) -> float:
@@ -325,7 +371,8 @@ def median(values: Floats) -> float:
     `np.median` would import numpy.ma, a tenth of the start-up time.
     """
     ordered = np.sort(values)
-    half = len(ordered) // 2
+    count = len(ordered)
+    half = count // 2
     below = ordered[-1 - half]
     return float(below + ordered[half]) / 2
 
@@ -355,10 +402,12 @@ def sample(measured: Measurements, kept: Floats) -> Any:
     An even stride could select a single torque if the weights come in the same order
     again and again.
     """
-    index = np.flatnonzero(kept > 0)
+    is_kept = kept > 0
+    index = np.flatnonzero(is_kept)
     if len(index) <= _SAMPLE:
         return index
-    drawn = np.random.default_rng(0).choice(index, _SAMPLE, replace=False)
+    generator = np.random.default_rng(0)
+    drawn = generator.choice(index, _SAMPLE, replace=False)
     return np.sort(drawn)
 
 
@@ -374,11 +423,16 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     rough = Start(rough_inertia(measured), 0.0)
     if not torques_differ(torque):
         return rough
-    first, second = _pairs(len(index))
-    apart = product[second] - product[first]
-    inertia = (torque[second] - torque[first]) / apart
-    imbalance = inertia * product[first] - torque[first]
-    size = np.abs(product[second])
+    count = len(index)
+    first, second = _pairs(count)
+    product1 = product[first]
+    product2 = product[second]
+    torque1 = torque[first]
+    torque2 = torque[second]
+    apart = product2 - product1
+    inertia = (torque2 - torque1) / apart
+    imbalance = inertia * product1 - torque1
+    size = np.abs(product2)
     is_apart = np.abs(apart) > 1e-3 * size
     largest = np.abs(torque).max()
     is_small = np.abs(imbalance) < 3 * largest
@@ -386,19 +440,22 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     if not usable.any():
         return rough
     lines = Start(inertia[usable, None], imbalance[usable, None])
-    off = misfits(measured, lines, index)
+    misfit = misfits(measured, lines, index)
     # All outliers count the same, so that the pair with the fewest outliers wins; of
     # equal pairs the smaller M0 wins.
-    half = len(index) // 2
-    medians = np.partition(off, half, axis=1)[:, half]
+    half = count // 2
+    medians = np.partition(misfit, half, axis=1)[:, half]
     scatter = max(1.0, MAD_TO_SD * float(medians.min()))
-    relative = off / scatter
+    relative = misfit / scatter
     limited = np.minimum(relative, _ODD)
-    cost = np.sum(limited**2, axis=1)
-    cost += (imbalance[usable] / lightest_torque(measured, kept)) ** 2
+    squares = limited**2
+    cost = squares.sum(axis=1)
+    lightest = lightest_torque(measured, kept)
+    cost += (imbalance[usable] / lightest) ** 2
     best = cost.argmin()
-    m0 = float(lines.residual_torque[best, 0])
-    return Start(float(lines.inertia[best, 0]), m0)
+    pair = np.flatnonzero(usable)[best]
+    m0 = float(imbalance[pair])
+    return Start(float(inertia[pair]), m0)
 
 
 def _pairs(count: int) -> tuple[Any, Any]:
@@ -411,8 +468,9 @@ def _pairs(count: int) -> tuple[Any, Any]:
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
     sizes = np.abs(measured.torque)
-    loaded = (kept > 0) & (sizes > 0)
-    return float(sizes[loaded].min(initial=sizes.max()))
+    is_loaded = (kept > 0) & (sizes > 0)
+    largest = sizes.max()
+    return float(sizes[is_loaded].min(initial=largest))
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
@@ -423,15 +481,17 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
         net_torque = torque + start.residual_torque
         product = net_torque / start.inertia
         predicted = time * np.abs(measured.product[index] / product)
-    predicted = np.where(np.isfinite(predicted), predicted, time)
-    u = np.zeros(len(measured.time))
+    exists = np.isfinite(predicted)
+    predicted = np.where(exists, predicted, time)
+    u = np.zeros_like(measured.time)
     for source in measured.sources:
         if source.quantity == "time":
-            u = source.absolute + source.relative * measured.time
+            relative_u = source.relative * measured.time
+            u = source.absolute + relative_u
             break
     size = np.hypot(u[index], 0.01 * predicted)
-    off = np.abs(time - predicted)
-    misfit: Floats = off / size
+    difference = np.abs(time - predicted)
+    misfit: Floats = difference / size
     return misfit
 
 
@@ -527,12 +587,10 @@ def adjust(
         If there is no credible solution.
     """
     scale = _scale(problem.measured, start, prior_width)
+    count = problem.count
     unknowns = np.zeros(3 + len(problem.owners))
     unknowns[:2] = 1.0, start.residual_torque / scale[1]
     single = np.zeros_like(problem.absolute)
-    count = problem.count
-    width = len(unknowns)
-    plain = np.zeros((count, width))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
@@ -542,9 +600,7 @@ def adjust(
         if turn >= FULL_STEPS or jumped > 0.03:
             single = _onto_conditions(at, current[0])
             at = problem.linearise(single, shared, sense, current)
-        plain[:, :3] = at.to_unknowns * scale
-        of_shared = at.slopes[problem.from_source, problem.from_run]
-        plain[problem.from_run, 3 + problem.to_column] = of_shared
+        plain = problem.derivatives(at, scale)
         weight = kept / np.sqrt(at.independent_variance)
         rows = _weighted_rows(plain, at.misclosure, weight, unknowns)
         triangle, step = _least_squares_step(rows)
@@ -557,12 +613,14 @@ def adjust(
         weighted = weight * closed
         before = chi2
         of_priors = unknowns[1:] @ unknowns[1:]
-        chi2 = float(weighted @ weighted + of_priors)
+        of_runs = weighted @ weighted
+        chi2 = float(of_runs + of_priors)
         if not LOST < unknowns[0] < 1 / LOST:
             break
         last = moved
-        moved = float(np.abs(step).max())
-        jumped = float(np.abs(step[:2]).max())
+        sizes = np.abs(step)
+        moved = float(sizes.max())
+        jumped = float(sizes[:2].max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
         next_is_small = turn > 0 and moved**2 < 1e-8 * min(last, 1.0)
         is_flat = turn > 3 and abs(before - chi2) <= 1e-13 * chi2
@@ -570,15 +628,16 @@ def adjust(
         if converged:
             break
     inverse = np.linalg.inv(triangle)
-    q = rows[:, :-1] @ inverse
+    conditions = rows[:, :-1]
+    q = conditions @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
-    of_runs = q[:count]
-    leverage = (of_runs**2).sum(axis=1)
+    leverage = (q[:count] ** 2).sum(axis=1)
     rest = np.maximum(1 - leverage, NEGLIGIBLE)
     predicted = plain @ inverse
     outside = at.independent_variance + (predicted**2).sum(axis=1)
-    variance = np.where(kept > 0, at.independent_variance * rest, outside)
+    inside = at.independent_variance * rest
+    variance = np.where(kept > 0, inside, outside)
     gain = q @ inverse[0] * scale[0]
     covariance = inverse[:3] @ inverse[:3].T
     adjusted = Adjusted(
@@ -589,7 +648,7 @@ def adjust(
         shared=unknowns[3:],
         slopes=at.slopes,
         scale=scale,
-        rows=rows[:count, :-1],
+        rows=conditions[:count],
         kept=kept,
         weighted=weighted,
         independent_variance=at.independent_variance,
@@ -609,8 +668,9 @@ def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
     and b are means over all days.
     """
     share = share_of_mean(measured.day)
-    widths = share * np.array([prior_width, measured.timing_bias_u])
-    return np.array([start.inertia, *widths])
+    of_m0 = share * prior_width
+    of_bias = share * measured.timing_bias_u
+    return np.array([start.inertia, of_m0, of_bias])
 
 
 def _weighted_rows(
@@ -621,9 +681,11 @@ def _weighted_rows(
     There is a prior for each unknown except I_zz.
     """
     conditions = np.column_stack((plain, -misclosure))
-    directions = np.eye(len(unknowns))[1:]
+    weighted = weight[:, None] * conditions
+    width = len(unknowns)
+    directions = np.eye(width)[1:]
     priors = np.column_stack((directions, -unknowns[1:]))
-    return np.vstack((weight[:, None] * conditions, priors))
+    return np.vstack((weighted, priors))
 
 
 def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
@@ -638,14 +700,14 @@ def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     """
     # The triangular factor with the target as last column contains Qᵀ·target: Q is not
     # needed.
-    whole: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
+    augmented: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
     unknowns = rows.shape[1] - 1
-    triangle = whole[:unknowns, :-1]
+    upper = augmented[:unknowns]
+    triangle = upper[:, :-1]
     if not triangle.diagonal().all():
         raise NoFit("these runs do not determine the unknowns separately")
-    target = whole[:unknowns, -1]
-    step: Floats = np.asarray(np.linalg.solve(triangle, target), dtype=float)
-    return triangle, step
+    target = upper[:, -1]
+    return triangle, np.asarray(np.linalg.solve(triangle, target), dtype=float)
 
 
 def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
@@ -653,9 +715,10 @@ def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
     # One step at most halves or doubles I_zz.
     largest = 0.5 * abs(inertia)
     limit = largest / abs(step[0])
+    part = min(1.0, limit)
     # Full steps can oscillate if errors are as large as the readings.
     halvings = turn // FULL_STEPS
-    shortened: Floats = step * min(1.0, limit) * 0.5**halvings
+    shortened: Floats = step * part * 0.5**halvings
     return shortened
 
 
@@ -688,12 +751,14 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     together at little cost. So a solution must converge, be positive, and keep the
     readings.
     """
-    inertia = float(adjusted.unknowns[0])
-    is_finite = np.isfinite(adjusted.unknowns).all()
+    unknowns = adjusted.unknowns
+    inertia = float(unknowns[0])
+    is_finite = np.isfinite(unknowns).all()
     is_known = np.isfinite(adjusted.covariance).all()
     if not (adjusted.converged and is_finite and is_known):
         raise NoFit("the fit does not converge")
-    if not inertia > 0 or not 1 / factor < inertia / start < factor:
+    ratio = inertia / start
+    if not inertia > 0 or not 1 / factor < ratio < factor:
         raise NoFit(
             f"the fit gives {inertia:.2g} kg·m², "
             f"but the single runs give about {start:.2g} kg·m²"
@@ -708,7 +773,8 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     source = problem.from_source
     run = problem.from_run
     quantity = problem.quantity[source]
-    read = np.abs(problem.observed[quantity, run])
+    observed = problem.observed[quantity, run]
+    read = np.abs(observed)
     absolute = np.abs(problem.absolute[source, run])
     size = absolute + problem.relative[source, run] * read
     is_measured = np.isin(quantity, MEASURED) & (adjusted.kept[run] > 0)
@@ -716,8 +782,8 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     far = is_measured & is_large & (error > MOVED_U)
     if far.any():
         relative = far * error * size / np.maximum(read, 1e-300)
-        worst = int(np.argmax(relative))
-        moved = problem.sources[source[worst]].name.replace("_", " ")
+        worst = source[relative.argmax()]
+        moved = problem.sources[worst].name.replace("_", " ")
         raise NoFit(
             f"the runs agree only if the {moved} is wrong by more than "
             f"{100 * MOVED:.0f} %"

@@ -250,15 +250,15 @@ def _solve(design: Floats, sizes: Floats, distance: Floats) -> _Step:
     change, _, rank, _ = np.linalg.lstsq(constraints, distance[is_exact], rcond=EXACT)
     _, _, directions = np.linalg.svd(constraints)
     free = directions[rank:].T
-    left = distance - design @ change
+    remaining = distance - design @ change
     weight = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=~is_exact)
     weighted = weight[:, None] * design
     q, r = np.linalg.qr(weighted @ free)
     spread = free @ np.linalg.solve(r, q.T)
-    change = change + spread @ (weight * left)
+    change = change + spread @ (weight * remaining)
     errors = weight * distance - weighted @ change
     dof = int(np.sum(~is_exact)) - free.shape[1]
-    off = float(np.linalg.norm(left[is_exact]))
+    off = float(np.linalg.norm(remaining[is_exact]))
     return _Step(change, errors, spread, dof, off)
 
 

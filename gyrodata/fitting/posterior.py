@@ -206,9 +206,9 @@ def integrate(
         factor = np.exp(logarithm)
         solution = _solve(conditions, widths, factor, shared, rows)
         ln_of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
-        whole = solution.log_likelihood + ln_prior + ln_of_factor[:, None]
-        top = whole.max()
-        weight = np.exp(whole - top)
+        ln_weight = solution.log_likelihood + ln_prior + ln_of_factor[:, None]
+        top = ln_weight.max()
+        weight = np.exp(ln_weight - top)
         total = weight.sum()
         weight /= total
         weight_of_factor = weight.sum(axis=(0, 2))
@@ -396,9 +396,9 @@ def level_prior(untouched: float, lightest: float) -> tuple[Floats, Floats]:
     density = 1 / (CHANGES / CHANGE + CHANGE / CHANGES)
     of_changes = (1 - untouched) * density / density.sum()
     chance = np.append(untouched, of_changes)
-    some = chance > 0
+    is_possible = chance > 0
     widths = lightest * np.append(0.0, CHANGES)
-    return widths[some], np.log(chance[some])
+    return widths[is_possible], np.log(chance[is_possible])
 
 
 def balance_prior(
@@ -418,8 +418,8 @@ def balance_prior(
     if tested is not None:
         width = max(tested, NARROWEST * scale)
         return _tested_prior(scale * WIDTHS, width * FALSE_WIDTHS)
-    some = slice(None) if tails else WIDTHS < NOT_FALSE
-    return scale * WIDTHS[some], CHANCES[some]
+    selected = slice(None) if tails else WIDTHS < NOT_FALSE
+    return scale * WIDTHS[selected], CHANCES[selected]
 
 
 def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:

@@ -11,8 +11,16 @@ from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
-from gyrodata.fitting import adjustment
-from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, median
+from gyrodata.fitting.adjustment import (
+    FACTOR,
+    MAD_TO_SD,
+    NoFit,
+    first_guess,
+    median,
+    misfits,
+    torques_differ,
+    transverse_inertia,
+)
 from gyrodata.fitting.inertia import (
     AS_STATED,
     UNLIKELY,
@@ -62,13 +70,13 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
 
 def _far_runs(measured: Measurements) -> set[int]:
     """Return the runs that are far from the line that most runs agree with."""
-    every = np.ones(len(measured.runs))
+    kept = np.ones(len(measured.runs))
     sense = np.where(measured.sense == 0, 1.0, measured.sense)
-    start = adjustment.first_guess(measured, sense, every)
-    off = adjustment.misfits(measured, start)
-    off[measured.torque == 0] = 0.0
-    limit = OUTLIER * max(1.0, MAD_TO_SD * median(off))
-    return set(np.flatnonzero(off > limit).tolist())
+    start = first_guess(measured, sense, kept)
+    misfit = misfits(measured, start)
+    misfit[measured.torque == 0] = 0.0
+    limit = OUTLIER * max(1.0, MAD_TO_SD * median(misfit))
+    return set(np.flatnonzero(misfit > limit).tolist())
 
 
 def _settle(
@@ -130,11 +138,11 @@ def ordinary_line(
     spread = np.sqrt(np.vecdot(away, away))
     spread = np.where(spread > 1e-9 * size, spread, np.nan)
     slope = np.vecdot(away, y - y_mean) / spread**2
-    left = y - y_mean - slope[..., None] * away
+    residual = y - y_mean - slope[..., None] * away
     freedom = count - 1 - intercept
     sd = np.full_like(slope, np.nan)
     if freedom > 0:
-        sd = np.sqrt(np.vecdot(left, left) / freedom)
+        sd = np.sqrt(np.vecdot(residual, residual) / freedom)
     constant = y_mean[..., 0] - slope * x_mean[..., 0]
     u_constant = sd * size / (spread * math.sqrt(count))
     return slope, sd / spread, constant, u_constant
@@ -166,17 +174,17 @@ def insist_on_lines(
     """
     rate = fit.sense * measured.precession_rate * measured.slowing
     vertical = rate * np.sin(measured.pitch)
-    transverse = adjustment.transverse_inertia(measured)
+    transverse = transverse_inertia(measured)
     total_spin = measured.spin + vertical
     of_tilt = transverse * rate * vertical
     product = np.delete(rate * total_spin, [*left_out])
     torque = np.delete(measured.torque + of_tilt, [*left_out])
     slopes = []
-    intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
+    intercepts = [False, True] if torques_differ(torque) else [False]
     for intercept in intercepts:
         slope = float(ordinary_line(product, torque, intercept)[0])
         ratio = fit.inertia.value / slope if slope else 0.0
-        if 1 / adjustment.FACTOR < ratio < adjustment.FACTOR:
+        if 1 / FACTOR < ratio < FACTOR:
             return
         if not math.isnan(slope):
             slopes.append(f"{slope:.2g} kg·m²")

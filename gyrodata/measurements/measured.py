@@ -389,7 +389,8 @@ def total_spin_excess(
     The difference is φ̇ sin(pitch), shape (n,).
     """
     sign = np.where(sense == 0, 1.0, sense)
-    rate = REVOLUTION * turns / time
+    angle = REVOLUTION * turns
+    rate = angle / time
     return sign * rate * np.sin(pitch)
 
 
@@ -462,7 +463,8 @@ def _spins_read_once(
         fall = rate * time
         # The harmonic mean in time is a little smaller than the spin in the middle.
         excess = (2 - drag.exponent) * fall**2 / 24
-        spin = spin * (1 - excess)
+        part = 1 - excess
+        spin = spin * part
     factor = np.exp(delay * rate)
     return {"spin": spin, "delay_factor": factor if delay.any() else None}
 
@@ -484,7 +486,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
         return cast(Floats, sign)
     # A signed spin has the same meaning as a column of directions.
     back = values_of(spin_columns(readings)[0]) < 0
-    told_spin = "spin_sense" in readings.columns or bool(back.any())
+    states_spin = "spin_sense" in readings.columns or bool(back.any())
     written *= np.where(back, -1.0, 1.0)
     loaded = is_stated & (sign != 0)
     count = np.sum(loaded)
@@ -495,7 +497,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
         written = -written
         # If the log does not state the direction of the spin, a clockwise spin reverses
         # every run with a weight.
-        if told_spin or opposed < count:
+        if states_spin or opposed < count:
             diagnostics.append(readings.say("senses_contradict_torque"))
     return cast(Floats, np.where(is_stated, written, sign))
 

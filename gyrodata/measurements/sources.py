@@ -333,7 +333,8 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
         return
     errors = _reading_errors(timing, time, "time")
     if timing.role == "time" and not timing.stated:
-        rate = REVOLUTION * turns / time
+        angle = REVOLUTION * turns
+        rate = angle / time
         beside = {"precession_period": time / turns, "precession_rate": rate}
         for role, values in beside.items():
             if role in columns and errors[-1]:

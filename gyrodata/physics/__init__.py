@@ -27,13 +27,11 @@ from gyrodata.physics.closed_forms import (
     normal_gravity,
     platform_rate,
     precession_rate,
-    release_bias,
     simpson_mean_spin,
     sinhc,
     sleeping_growth,
     sleeping_spin,
     solid_ball_inertia,
     spin_of_sag,
-    tilt_bias,
     torque,
 )

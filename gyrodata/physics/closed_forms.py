@@ -15,10 +15,6 @@ kg, lengths in m, times in s, rates and spins in rad/s, angles in rad. All argum
 arrays or numbers that broadcast; a result that does not exist is NaN. The *total spin*
 is ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
-The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1,
-of one run. A fit with M0 and b as unknowns can weight runs negatively, so its bias can
-have another sign than those of all its runs.
-
 A rod that is released from rest falls a little, picks up speed sideways, and nutates in
 cusps about the steady precession. All of it is governed by δ = I h m g/(I_zz ω3)², the
 mean sag of a level rod; ω3 is the spin at the release.
@@ -72,10 +68,12 @@ def normal_gravity(latitude: ArrayLike) -> Any:
     The local value differs from it by 0.003 % for every 100 m of height, and by 0.005 %
     or so by what is underground.
     """
-    square = np.sin(latitude) ** 2
+    sine = np.sin(latitude)
+    square = sine**2
     rise = 1 + GRAVITY_RISE * square
     flattening = np.sqrt(1 - ECCENTRICITY_SQUARED * square)
-    return EQUATOR_GRAVITY * rise / flattening
+    raised = EQUATOR_GRAVITY * rise
+    return raised / flattening
 
 
 def solid_ball_inertia(mass: float, diameter: float) -> float:
@@ -99,7 +97,8 @@ def bored_ball_inertia(
     bore_radius = bore_diameter / 2
     bore_volume = math.pi * bore_radius**2 * bore_depth
     full_volume = 4 / 3 * math.pi * radius**3
-    density = mass / (full_volume - bore_volume)
+    volume = full_volume - bore_volume
+    density = mass / volume
     # Moments of inertia over the density [m^5].
     full_ball = 8 / 15 * math.pi * radius**5
     bore = bore_volume * bore_radius**2 / 2
@@ -116,7 +115,8 @@ def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:
 
     Its sinθ, eq. (6), is on both sides of eq. (8) and cancels.
     """
-    return np.multiply(mass, position) * g
+    moment = np.multiply(mass, position)
+    return moment * g
 
 
 # --- steady precession, eqs. (8) and (9) ---
@@ -198,24 +198,6 @@ def horizontal_precession_rate(
     return np.divide(torque, divisor)
 
 
-def tilt_bias(
-    precession_rate: ArrayLike,
-    spin: ArrayLike,
-    pitch: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-) -> Any:
-    """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod.
-
-    It is (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
-
-    Exact for steady precession.
-    """
-    shape = 1.0 - np.divide(transverse_inertia, inertia)
-    rates = np.divide(precession_rate, spin)
-    return shape * rates * np.sin(pitch)
-
-
 # --- a spin that falls while it is timed ---
 
 
@@ -223,7 +205,8 @@ def sinhc(x: Any) -> Any:
     """Compute sinh(x)/x, and its limit 1 at 0."""
     is_zero = np.equal(x, 0.0)
     safe = np.where(is_zero, 1.0, x)
-    ratio = np.sinh(safe) / safe
+    sine = np.sinh(safe)
+    ratio = sine / safe
     return np.where(is_zero, 1.0, ratio)[()]
 
 
@@ -263,7 +246,8 @@ def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
     # coth(x) − 1/x and its limit x/3
     langevin = 1 / np.tanh(safe) - 1 / safe
     langevin = np.where(is_small, half / 3, langevin)
-    return (1 - langevin) / 2
+    rest = 1 - langevin
+    return rest / 2
 
 
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
@@ -292,7 +276,8 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     """
     viscous = harmonic_mean_spin(start, end)
     dry = harmonic_mean_spin(start, end, 0.0)
-    return viscous / dry - 1
+    ratio = viscous / dry
+    return ratio - 1
 
 
 # --- stability ---
@@ -340,38 +325,12 @@ def sleeping_growth(
     """
     falling = np.divide(torque, transverse_inertia)
     holding = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
-    square = falling - holding * holding
+    stiffness = holding * holding
+    square = falling - stiffness
     return np.sqrt(np.maximum(square, 0.0))
 
 
 # --- a rod released from rest ---
-
-
-def release_bias(
-    torque: ArrayLike,
-    spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-) -> Any:
-    """Relative bias of I_zz [1] if a released rod is treated as steady: 2δ².
-
-    Lowest order in δ = I M/(I_zz ψ̇)², for a level rod and its total spin ψ̇, which is
-    smaller than the spin that a tachometer reads on the rod while it sags; too high by
-    3 % of itself at δ = 0.07, by 15 % at 0.17.
-    """
-    return 2 * _level_sag(torque, spin, inertia, transverse_inertia) ** 2
-
-
-def _level_sag(
-    torque: ArrayLike,
-    spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-) -> Any:
-    """Give δ = I h m g/(I_zz ω3)², the mean sag of a level rod [rad], with its sign."""
-    pull = np.multiply(transverse_inertia, torque)
-    momentum = np.multiply(inertia, spin)
-    return pull / momentum**2
 
 
 def greatest_sag(
@@ -389,12 +348,16 @@ def greatest_sag(
     it turns back at 2δ (1 − z²) = z0 − z.
     """
     high = np.sign(torque) * np.sin(pitch)
+    pull = np.multiply(transverse_inertia, torque)
+    momentum = np.multiply(inertia, spin)
+    mean_sag = pull / momentum**2
     # 1/(2δ)
-    stiff = 0.5 / np.abs(_level_sag(torque, spin, inertia, transverse_inertia))
+    stiff = 0.5 / np.abs(mean_sag)
     discriminant = (stiff - 2 * high) ** 2 + 4 * (1 - high**2)
     low = (stiff - np.sqrt(discriminant)) / 2
     lowest = np.arcsin(np.maximum(low, -1.0))
-    return np.arcsin(high) - lowest
+    start = np.arcsin(high)
+    return start - lowest
 
 
 def spin_of_sag(
@@ -426,7 +389,8 @@ def click_error(
     early or late.
     """
     momentum = np.multiply(inertia, spin)
-    return np.divide(transverse_inertia, np.abs(momentum))
+    size = np.abs(momentum)
+    return np.divide(transverse_inertia, size)
 
 
 # --- demonstrations: a bicycle wheel on a turntable, the Earth that turns below ---
@@ -452,7 +416,8 @@ def platform_rate(
     half_difference = np.subtract(start, end) / 2
     change = 2 * np.cos(mean) * np.sin(half_difference)
     momentum = np.multiply(wheel_inertia, wheel_spin)
-    return momentum * change / platform_inertia
+    gained = momentum * change
+    return gained / platform_inertia
 
 
 def balanced_direction(

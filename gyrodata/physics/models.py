@@ -43,9 +43,19 @@ from typing import Any, ClassVar, Final, Literal
 import numpy as np
 from msgspec import Struct
 
-from gyrodata import physics
-from gyrodata.physics import Floats, motion
-from gyrodata.physics.motion import Top
+from gyrodata.physics import (
+    EARTH_ROTATION,
+    Floats,
+    click_error,
+    greatest_sag,
+    harmonic_mean_spin,
+    precession_rate,
+)
+from gyrodata.physics.motion import (
+    Top,
+    mean_precession_rate,
+    total_spin,
+)
 
 ModelName = Literal["auto", "horizontal", "steady", "released"]
 """The names that a user can choose from, for type checkers; `names` lists them."""
@@ -258,9 +268,9 @@ class Steady(MotionModel, frozen=True):
         # `runs.spin` is the mean of the spin that eq. (9) needs. If the spin was also
         # read at half time, it differs a little from the mean of this decay: with this
         # factor, a level rod still gets exactly eq. (9).
-        mean_spin = physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
+        mean_spin = harmonic_mean_spin(runs.spin_start, runs.spin_end)
         spins *= runs.spin / mean_spin
-        rates = physics.precession_rate(
+        rates = precession_rate(
             top.torque, spins, top.inertia, top.transverse_inertia, runs.pitch
         )
         return np.asarray(0.5 * weights @ rates)
@@ -308,14 +318,14 @@ class Released(MotionModel, frozen=True):
         δ² if the spin was read on the rod, and by 2δ² if ψ̇ is the total spin.
         """
         total = conserved_spin(top, runs)
-        rate = motion.mean_precession_rate(top, total, runs.pitch)
+        rate = mean_precession_rate(top, total, runs.pitch)
         return np.asarray(rate)
 
     def errors(
         self, top: Top, runs: TimedRuns, slowing: Floats
     ) -> Iterator[ModelError]:
         """Yield the unknown phase of the nutation, and the doubt about I."""
-        click = physics.click_error(runs.spin, top.inertia, top.transverse_inertia)
+        click = click_error(runs.spin, top.inertia, top.transverse_inertia)
         click_u = click / math.sqrt(2)
         yield ModelError("nutation", "time", click_u, "its phase at the last click")
         # The reduction of the mean rate is proportional to the square of I.
@@ -328,7 +338,7 @@ def conserved_spin(top: Top, runs: TimedRuns) -> Floats:
     """Return the total spin, which is conserved, of rods released from rest [rad/s]."""
     if runs.total_spin is not None:
         return runs.total_spin
-    total = motion.total_spin(top, runs.spin, runs.pitch)
+    total = total_spin(top, runs.spin, runs.pitch)
     return np.asarray(total)
 
 
@@ -336,7 +346,7 @@ def _released_sag(top: Top, runs: TimedRuns, spin: Floats) -> Floats:
     """Compute the greatest sag of rods released from rest [rad]; 0 without a torque."""
     across = top.transverse_inertia
     with np.errstate(divide="ignore", invalid="ignore"):
-        sag = physics.greatest_sag(top.torque, spin, top.inertia, across, runs.pitch)
+        sag = greatest_sag(top.torque, spin, top.inertia, across, runs.pitch)
     return np.where(top.torque != 0, sag, 0.0)
 
 
@@ -447,7 +457,7 @@ class Earth(MotionModel, frozen=True):
         """
         # Counterclockwise is positive.
         latitude = math.pi / 2 if runs.latitude is None else runs.latitude
-        floor = physics.EARTH_ROTATION * math.sin(latitude)
+        floor = EARTH_ROTATION * math.sin(latitude)
         # A run without a direction turns as the torque turns a positive spin.
         of_torque = np.copysign(1.0, top.torque)
         usual = np.where(runs.sense == 0, of_torque, runs.sense)
@@ -517,8 +527,8 @@ class Motion(Struct, frozen=True):
 
     def of_effect(self, effect: str) -> MotionModel | None:
         """Return the model of an effect; None if the effect is left out."""
-        of_effect = [model for model in self.models if model.effect == effect]
-        return of_effect[0] if of_effect else None
+        of_effect = (model for model in self.models if model.effect == effect)
+        return next(of_effect, None)
 
     def without(self, effect: str) -> Motion:
         """Return the same models without an effect."""
@@ -566,7 +576,7 @@ class Motion(Struct, frozen=True):
     def _steady_rate(self, top: Top, runs: TimedRuns) -> Floats:
         """Compute the rate by the equation in the fit [rad/s], shape (n,)."""
         lean = (top.transverse_inertia, runs.pitch) if self.tilted else (0.0, 0.0)
-        rate = physics.precession_rate(top.torque, runs.spin, top.inertia, *lean)
+        rate = precession_rate(top.torque, runs.spin, top.inertia, *lean)
         return np.asarray(rate)
 
 

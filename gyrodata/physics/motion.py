@@ -90,7 +90,8 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
             "use a faster spin or a lower rod"
         )
     # ω3 = ψ̇ + φ̇ cosθ, eq. (2); H = I (Ω − Ω3 e3) + I_zz ω3 e3, eq. (3).
-    along = rate * np.sin(pitch)
+    height = np.sin(pitch)
+    along = rate * height
     of_total_spin = np.multiply(top.inertia, spin + along)
     of_precession = np.multiply(across, along)
     about_rod = of_total_spin - of_precession
@@ -184,7 +185,8 @@ def _turned(
     nx = hx / size
     ny = hy / size
     nz = hz / size
-    half = size * turn / 2
+    angle = size * turn
+    half = angle / 2
     sine = math.sin(half)
     across = 2 * sine * math.cos(half)
     along = 2 * sine * sine
@@ -242,7 +244,7 @@ def integrate(
     of_spin = float(np.linalg.norm(state.momentum))
     of_torque = math.sqrt(abs(top.torque) * top.transverse_inertia)
     size = max(of_spin, of_torque)
-    done = solve_ivp(
+    solution = solve_ivp(
         # Python's floats are ten times faster here than arrays.
         lambda _, row: rates(*row.tolist()),
         (0.0, times[-1]),
@@ -252,9 +254,9 @@ def integrate(
         rtol=rtol,
         atol=atol * np.repeat([1.0, size], 3),
     )
-    if not done.success:
-        raise ValueError(f"the integration failed: {done.message}")
-    return State(done.y[:3].T, done.y[3:].T), done.nfev
+    if not solution.success:
+        raise ValueError(f"the integration failed: {solution.message}")
+    return State(solution.y[:3].T, solution.y[3:].T), solution.nfev
 
 
 Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, Any]]
@@ -344,8 +346,13 @@ class _Nod(Struct, frozen=True, eq=False):
         """Compute the mean of φ̇ cosθ over one nutation [rad/s], shape (...)."""
         upper, _ = self.poles(_X)
         level = self.rate(_X) * (1 - upper)
-        swept = (level * self.weight).sum(axis=-1)
-        return swept / self.weight.sum(axis=-1)
+        return self.mean(level)
+
+    def mean(self, values: Any) -> Any:
+        """Compute the mean over one nutation of values at `_X`, shape (...)."""
+        weighted = values * self.weight
+        duration = self.weight.sum(axis=-1)
+        return weighted.sum(axis=-1) / duration
 
     def swept(self, x: Any) -> tuple[Any, Any]:
         """Compute the time [s] and the azimuth in the frame [rad] from the start to x.
@@ -373,7 +380,8 @@ def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     is_speck = np.abs(rates) < _SPECK
     pull, about_rod = np.where(is_speck, 0.0, rates)
     height = flip * np.sin(pitch)
-    level2 = np.cos(pitch) ** 2
+    level = np.cos(pitch)
+    level2 = level**2
     # 1 − u0 as sin²θ/(1 + u0) does not lose digits near the vertical.
     near_vertical = level2 / (1 + np.abs(height))
     upper = np.where(height > 0, near_vertical, 1 - height)
@@ -381,7 +389,8 @@ def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     # w1 and −w3 are the roots of 2β w² + 2 half w − 2β sin²θ.
     half = about_rod**2 / 2 - pull * height
     root = np.hypot(half, pull * np.sqrt(level2))
-    large = np.abs(half) + root
+    half_size = np.abs(half)
+    large = half_size + root
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.where(half > 0, large, pull**2 * level2 / large)
         depth = np.where(half > 0, pull * level2 / large, large / pull)
@@ -411,8 +420,8 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
             rates.append(mean_precession_rate(Top(*part[:3]), *part[3:]))
         return np.concatenate(rates)
     nod = _nod(top, spin, pitch)
-    swept = (nod.rate(_X) * nod.weight).sum(axis=-1)
-    return nod.flip[..., 0] * swept / nod.weight.sum(axis=-1)
+    mean = nod.mean(nod.rate(_X))
+    return nod.flip[..., 0] * mean
 
 
 def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
@@ -434,7 +443,7 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     total = np.asarray(spin, dtype=float)
     slope = before = previous = np.zeros_like(total)
     for turn in range(6):
-        excess = _nod(top, total, pitch).excess()
+        excess = spin_excess(top, total, pitch)
         if turn:
             moved = total - previous
             rise = excess - before
@@ -525,7 +534,8 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
     )
     time, _ = nod.swept(x)
     time_in_half = np.where(back, half_time - time, time)
-    time = half_time * whole + time_in_half
+    whole_time = half_time * whole
+    time = whole_time + time_in_half
     time = np.where(halves == 0, 0.0, time)
     return np.where(never, np.inf, time)[..., 0]
 

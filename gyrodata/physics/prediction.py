@@ -18,9 +18,22 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from gyrodata import physics
 from gyrodata.base.tool import Tool
-from gyrodata.physics import RPM, motion
+from gyrodata.physics import (
+    EARTH_ROTATION,
+    RPM,
+    SIDEREAL_DAY,
+    balanced_direction,
+    fast_precession_rate,
+    horizontal_precession_rate,
+    least_spin,
+    motion,
+    platform_rate,
+    precession_rate,
+    sleeping_growth,
+    sleeping_spin,
+)
+from gyrodata.physics.motion import Top, mean_precession_rate
 
 SLOW = 0.01
 """The formula for a fast spin is called unsuitable if its relative error exceeds this
@@ -120,12 +133,12 @@ def predict_precession(
     The motion after a release from rest and the upright rod are computed as well.
     """
     top = inertia, transverse_inertia, pitch
-    slow = _finite(physics.precession_rate(torque, spin, *top))
-    fast = _finite(physics.fast_precession_rate(torque, spin, *top))
-    horizontal = _finite(physics.precession_rate(torque, spin, inertia))
-    critical = float(physics.least_spin(torque, *top))
-    upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
-    growth = float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia))
+    slow = _finite(precession_rate(torque, spin, *top))
+    fast = _finite(fast_precession_rate(torque, spin, *top))
+    horizontal = _finite(precession_rate(torque, spin, inertia))
+    critical = float(least_spin(torque, *top))
+    upright = float(sleeping_spin(torque, inertia, transverse_inertia))
+    growth = float(sleeping_growth(torque, spin, inertia, transverse_inertia))
     never = ""
     if slow is None:
         never = "At this pitch the spin is too slow for steady precession. "
@@ -151,7 +164,7 @@ def predict_precession(
     if horizontal is None:
         reasons.append("horizontal: a level rod that does not spin falls")
     is_stable = abs(spin) > upright or torque < 0
-    released_top = motion.Top(inertia, transverse_inertia, torque)
+    released_top = Top(inertia, transverse_inertia, torque)
     return Precession(
         why=_say("precession", case, sense=sense, never=never, moves=moves),
         reason="; ".join(reasons),
@@ -171,7 +184,7 @@ def _period(rate: float) -> float:
     return 2 * math.pi / abs(rate)
 
 
-def _released(top: motion.Top, spin: float, pitch: float) -> Released:
+def _released(top: Top, spin: float, pitch: float) -> Released:
     nutation = motion.nutation(top, spin, pitch)
     # No "-0.0".
     sag = nutation.mean_sag + 0.0
@@ -181,7 +194,7 @@ def _released(top: motion.Top, spin: float, pitch: float) -> Released:
         cause = "without spin the rod swings and does not precess"
         reason = f"mean_rate, nutation_rate, click_error_s: {cause}"
         return replace(released, reason=reason)
-    mean = _finite(motion.mean_precession_rate(top, spin, pitch))
+    mean = _finite(mean_precession_rate(top, spin, pitch))
     nutation_rate = 2 * math.pi / nutation.period
     released = replace(released, mean_rate=mean, nutation_rate=nutation_rate)
     if top.torque == 0:
@@ -237,18 +250,18 @@ def predict_earth(
     path = _say("earth", case, highest=highest, side=side)
     return Earth(
         why=_say("earth", "why", star=star, path=path),
-        sidereal_day_hours=physics.SIDEREAL_DAY / 3600,
+        sidereal_day_hours=SIDEREAL_DAY / 3600,
         pole=pole,
         axis=_directions(azimuth, abs(latitude), latitude, times),
         east=_directions(math.pi / 2, 0.0, latitude, times),
-        drift_torque=inertia * abs(spin) * physics.EARTH_ROTATION,
+        drift_torque=inertia * abs(spin) * EARTH_ROTATION,
     )
 
 
 def _directions(
     azimuth: float, altitude: float, latitude: float, times: Sequence[float]
 ) -> tuple[Direction, ...]:
-    bearings, heights = physics.balanced_direction(
+    bearings, heights = balanced_direction(
         azimuth, altitude, latitude, np.asarray(times, dtype=float)
     )
     directions = []
@@ -258,7 +271,7 @@ def _directions(
             reason = "azimuth_deg: the rod points straight up or down"
         direction = Direction(
             hours=time / 3600,
-            sidereal_hours=24 * time / physics.SIDEREAL_DAY,
+            sidereal_hours=24 * time / SIDEREAL_DAY,
             azimuth_deg=_finite(math.degrees(bearing)),
             altitude_deg=math.degrees(height),
             reason=reason,
@@ -312,9 +325,7 @@ def predict_platform(
     end: float,
 ) -> Platform:
     """Tip the axle from one angle above the horizontal to another [rad]."""
-    exact = physics.platform_rate(
-        wheel_inertia, wheel_spin, platform_inertia, start, end
-    )
+    exact = platform_rate(wheel_inertia, wheel_spin, platform_inertia, start, end)
     rate = float(exact) + 0.0  # no "-0.0"
     wheel = wheel_inertia * wheel_spin
     if wheel == 0:
@@ -424,7 +435,7 @@ def predict_tip(
 ) -> Tip:
     """Pull the tip; a counterclockwise spin, seen from the tip, is positive."""
     torque = force * length
-    top = motion.Top(inertia, transverse_inertia, torque)
+    top = Top(inertia, transverse_inertia, torque)
     # The force replaces gravity: the rod is level if it is at right angles to the
     # force.
     nutation = motion.nutation(top, spin)
@@ -441,7 +452,7 @@ def predict_tip(
     if spin == 0:
         return tip
     speed = length * abs(nutation.sideways)
-    fast_rate = float(physics.horizontal_precession_rate(torque, spin, inertia))
+    fast_rate = float(horizontal_precession_rate(torque, spin, inertia))
     estimate = length * abs(fast_rate)
     error = estimate / speed - 1
     why = _say("tip", "turns")
@@ -451,7 +462,7 @@ def predict_tip(
         direction = (
             "at right angles to the force and also far along it: the spin is slow"
         )
-    turning_rate = float(motion.mean_precession_rate(top, spin))
+    turning_rate = float(mean_precession_rate(top, spin))
     return replace(
         tip,
         why=why,

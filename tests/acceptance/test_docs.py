@@ -16,6 +16,7 @@ from typing import Any
 import kinematics
 import numpy as np
 import pytest
+from biases import release_bias, tilt_bias
 from documents import DOCUMENTS, PAGES, ROOT, blocks, cells
 from rich.cells import cell_len
 from typer.testing import CliRunner
@@ -227,16 +228,14 @@ def total_spin(lab: dict[str, float]) -> float:
 
 
 BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
-    "tilted rod, eq. (9) for eq. (8)": lambda lab: physics.tilt_bias(
+    "tilted rod, eq. (9) for eq. (8)": lambda lab: tilt_bias(
         lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]
     ),
     "tilted rod, total spin taken for ψ̇": lambda lab: (
-        physics.tilt_bias(
-            lab["φ̇"], total_spin(lab), lab["pitch"], lab["I_zz"], lab["I"]
-        )
+        tilt_bias(lab["φ̇"], total_spin(lab), lab["pitch"], lab["I_zz"], lab["I"])
         - (1 - lab["ψ̇"] / total_spin(lab))
     ),
-    "nutation after letting go": lambda lab: physics.release_bias(
+    "nutation after letting go": lambda lab: release_bias(
         lab["M"], lab["ψ̇"], lab["I_zz"], lab["I"]
     ),
     "nutation, its phase at one click, at most": lambda lab: (

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import mpmath
 import numpy as np
 import pytest
+from biases import release_bias
 from scipy.integrate import solve_ivp
 
 from gyrodata import physics
@@ -72,7 +73,7 @@ def test_release_bias_in_digits(top: Nutation, exact: float, closed: float) -> N
     assert 100 * (top.torque / (INERTIA * top.spin) / top.mean() - 1) == pytest.approx(
         exact, rel=6e-3
     )
-    bias = 100 * physics.release_bias(top.torque, top.spin, INERTIA, top.across)
+    bias = 100 * release_bias(top.torque, top.spin, INERTIA, top.across)
     assert bias == pytest.approx(closed, rel=6e-3)
 
 

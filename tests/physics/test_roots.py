@@ -7,6 +7,7 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+from biases import tilt_bias
 
 from gyrodata import physics
 from gyrodata.physics import RPM
@@ -21,7 +22,7 @@ def test_eq_9_fails_for_a_tilted_rod_and_so_does_the_cosine_of_its_pitch() -> No
     mistaken = TORQUE * math.cos(pitch) / (rate * spin)
     assert plain / INERTIA - 1 == pytest.approx(-0.08, abs=0.02)
     assert mistaken / INERTIA - 1 == pytest.approx(-0.35, abs=0.02)
-    corrected = plain / (1 + physics.tilt_bias(rate, spin, pitch, INERTIA, ACROSS))
+    corrected = plain / (1 + tilt_bias(rate, spin, pitch, INERTIA, ACROSS))
     assert corrected == pytest.approx(INERTIA, rel=1e-14)
 
 

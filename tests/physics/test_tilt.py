@@ -9,6 +9,7 @@ from itertools import product
 
 import mpmath
 import pytest
+from biases import tilt_bias
 
 from gyrodata import physics
 
@@ -34,9 +35,7 @@ def test_tilt_left_out() -> None:
         (-30.0, -5.0, 0.1, 10.0, 40.0), (40.0, -40.0), (TORQUE, -TORQUE)
     ):
         rate = steady(pitch, spin, torque)
-        bias = physics.tilt_bias(
-            float(rate), spin, math.radians(pitch), INERTIA, TRANSVERSE
-        )
+        bias = tilt_bias(float(rate), spin, math.radians(pitch), INERTIA, TRANSVERSE)
         assert bias == pytest.approx(
             float(mpmath.mpf(torque) / (rate * spin) / INERTIA - 1), rel=1e-12
         )
@@ -52,8 +51,7 @@ def test_tilt_left_out_in_digits(
     spin, angle = rpm * RPM, math.radians(pitch)
     rate = physics.precession_rate(TORQUE, spin, INERTIA, TRANSVERSE, angle)
     assert (
-        round(100 * physics.tilt_bias(rate, spin, angle, INERTIA, TRANSVERSE), digit)
-        == percent
+        round(100 * tilt_bias(rate, spin, angle, INERTIA, TRANSVERSE), digit) == percent
     )
 
 

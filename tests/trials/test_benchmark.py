@@ -351,7 +351,7 @@ def test_labs_of_many_runs_are_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(maps, "measured_lab", lambda log: None)
     monkeypatch.setattr(maps, "points_of", lambda lab: None)
     monkeypatch.setattr(maps.LabScene, "draw", lambda scene, seed: "")
-    monkeypatch.setattr(fits, "timed_answers", lambda *words, **where: [{}])
+    monkeypatch.setattr(maps, "timed_answers", lambda *words, **where: [{}])
     kind = MAPS["runs"]
     counts = [len(kind.fit(x, 2, range(200))) for x in kind.x]
     assert counts == [200, 200, 200, 6]

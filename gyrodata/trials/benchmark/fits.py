@@ -93,12 +93,14 @@ def timed_answers(
 
 def fit_once(measured: Measurements) -> Answer:
     """Fit all runs once."""
-    return answer(fitting.fit(measured).inertia, False)
+    fitted = fitting.fit(measured)
+    return answer(fitted.inertia, False)
 
 
 def analyze(log: str) -> Answer:
     """Do all that the command does, without writing a report."""
-    analysis = analyze_readings(read_log(log.encode()))
+    readings = read_log(log.encode())
+    analysis = analyze_readings(readings)
     return answer(analysis.fit.inertia, bool(analysis.doubts))
 
 
@@ -111,13 +113,13 @@ def answer(inertia: Estimate, reacts: bool) -> Answer:
 def process_cost(name: str, log: str) -> list[dict[str, Any]]:
     """Measure the CPU time of a whole process that fits a lab [s]."""
     words = [programs.__file__, name]
-    data = pickle.dumps(lab_of(measured_lab(log)))
+    stdin = pickle.dumps(lab_of(measured_lab(log)))
     if name == GYRO:
         words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
-        data = log.encode()
+        stdin = log.encode()
     before = children_time()
     command = [sys.executable, *words]
-    subprocess.run(command, input=data, capture_output=True, check=True)
+    subprocess.run(command, input=stdin, capture_output=True, check=True)
     return [{"method": name, "process": children_time() - before}]
 
 
@@ -156,7 +158,8 @@ def score(answers: pd.DataFrame) -> dict[str, Any]:
         errors = np.array([math.nan])
     sizes = np.abs(errors)
     error, largest = np.quantile(sizes, [CLOSER, STATED]).tolist()
-    near = quantile_test(sizes, p=CLOSER).confidence_interval()
+    test = quantile_test(sizes, p=CLOSER)
+    near = test.confidence_interval()
     half_length = answers["high"].sub(low).median() / 2
     return {
         "labs": len(value),

@@ -15,9 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrodata import physics
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
-from gyrodata.physics import RPM, Floats, motion
+from gyrodata.physics import RPM, STANDARD_GRAVITY, Floats
+from gyrodata.physics.motion import (
+    METHODS,
+    Top,
+    integrate,
+    mean_precession_rate,
+    nutation,
+    released,
+    split,
+)
 from gyrodata.trials.benchmark.fits import cheapest
 from gyrodata.trials.simulation import Truth
 
@@ -31,12 +39,12 @@ MASS = 0.060
 POSITION = 0.15
 """The weight [kg], and its distance from the centre of the ball [m]."""
 
-TOP = motion.Top(
+TOP = Top(
     Truth().inertia,
     DEFAULT_TRANSVERSE_RATIO * Truth().inertia + MASS * POSITION**2,
-    MASS * POSITION * physics.STANDARD_GRAVITY,
+    MASS * POSITION * STANDARD_GRAVITY,
 )
-START = motion.released(TOP, SPIN)
+START = released(TOP, SPIN)
 
 NOMINAL: Mapping[Any, int] = {
     "splitting strang": 2,
@@ -66,16 +74,20 @@ AIM = 1e-6
 def measure_curve(method: str, turns: int, budget: int) -> list[dict[str, Any]]:
     """Integrate the motion with ever finer settings, up to `budget` evaluations."""
     end, true = reference(turns)
-    period = motion.nutation(TOP, SPIN).period
+    nod = nutation(TOP, SPIN)
+    period = nod.period
     # The first call also imports the integrator.
     follow(method, 1, 1.0, period)
     rows: list[dict[str, Any]] = []
     for level in itertools.count():
-        steps = math.ceil(4 * 2 ** (level / 2) * end / period)
-        tolerance = 1e-3 * 10 ** (-level / 2)
+        half = level / 2
+        per_nutation = 4 * 2**half
+        steps = math.ceil(per_nutation * end / period)
+        tolerance = 1e-3 * 10**-half
         begun = time.process_time()
         axis, evaluations = follow(method, steps, tolerance, end)
-        seconds = max(time.process_time() - begun, 1e-9)
+        elapsed = time.process_time() - begun
+        seconds = max(elapsed, 1e-9)
         error = float(np.linalg.norm(axis - true))
         rows.append(
             {
@@ -86,7 +98,8 @@ def measure_curve(method: str, turns: int, budget: int) -> list[dict[str, Any]]:
                 "error": error,
             }
         )
-        smallest = min(error / turns, tolerance)
+        per_turn = error / turns
+        smallest = min(per_turn, tolerance)
         if smallest < ROUNDING or 1.5 * evaluations > budget:
             break
     return rows
@@ -108,9 +121,10 @@ def title(curves: pd.DataFrame) -> str:
         f"{method} {fitted_order(curve):.2f} ({NOMINAL[method]})"
         for method, curve in short.groupby("method", sort=False)
     ]
-    head = f"Fitted order (nominal): {', '.join(orders)}"
+    fitted = f"Fitted order (nominal): {', '.join(orders)}"
+    head = f"The fastest for an error below {AIM:g}:"
     fastest = cheapest(curves, curves["error"] < AIM)
-    return "\n".join([head, f"The fastest for an error below {AIM:g}:", *fastest])
+    return "\n".join([fitted, head, *fastest])
 
 
 def reference(turns: int) -> tuple[float, Floats]:
@@ -118,23 +132,29 @@ def reference(turns: int) -> tuple[float, Floats]:
 
     There it moves fastest, after about `turns` turns about the vertical.
     """
-    nod = motion.nutation(TOP, SPIN)
-    rate = float(motion.mean_precession_rate(TOP, SPIN, 0.0))
-    halves = 2 * round(2 * math.pi * turns / (rate * nod.period)) + 1
-    end = halves * nod.period / 2
+    nod = nutation(TOP, SPIN)
+    rate = float(mean_precession_rate(TOP, SPIN))
+    period = nod.period
+    per_nutation = rate * period
+    nutations = round(2 * math.pi * turns / per_nutation)
+    halves = 2 * nutations + 1
+    end = halves * period / 2
     azimuth = rate * end
-    level = math.cos(nod.greatest_sag)
-    down = -math.sin(nod.greatest_sag)
-    return end, np.array([level * math.cos(azimuth), level * math.sin(azimuth), down])
+    sag = nod.greatest_sag
+    level = math.cos(sag)
+    x = level * math.cos(azimuth)
+    y = level * math.sin(azimuth)
+    return end, np.array([x, y, -math.sin(sag)])
 
 
 def follow(method: str, steps: int, tolerance: float, end: float) -> tuple[Floats, int]:
     """Integrate the motion; return e3 at the end and the number of evaluations."""
     if method in ADAPTIVE:
-        path, evaluations = motion.integrate(
+        path, evaluations = integrate(
             TOP, START, [end], method=method, rtol=tolerance, atol=tolerance
         )
         return path.axis[0], evaluations
     name = method.removeprefix("splitting ")
-    kicks = motion.METHODS[name][1]
-    return motion.split(TOP, START, end, steps, name).axis, steps * len(kicks)
+    kicks = METHODS[name][1]
+    state = split(TOP, START, end, steps, name)
+    return state.axis, steps * len(kicks)

@@ -148,9 +148,8 @@ class Problem:
 
     def _number_shared_errors(self) -> None:
         """Number the shared errors, in the order of sources and groups."""
-        shape = self.absolute.shape
-        self.independent = np.zeros(shape)
-        self.member = np.full(shape, -1)
+        self.independent = np.zeros(self.absolute.shape)
+        self.member = np.full(self.absolute.shape, -1)
         owners: list[int] = []
         for number, source in enumerate(self.sources):
             groups = source.groups
@@ -254,8 +253,7 @@ class Problem:
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
         floor = NEGLIGIBLE * spin_term
-        squares = independent**2
-        variance = squares.sum(axis=0) + floor**2
+        variance = (independent**2).sum(axis=0) + floor**2
         of_single = independent * single
         misclosure -= of_single.sum(axis=0)
         return Linear(
@@ -300,8 +298,7 @@ def _add_tilt(
     angle = REVOLUTION * turns
     difference = total_inertia - transverse
     square = sense * angle**2 / time
-    sine = np.sin(pitch)
-    tilt = square * sine
+    tilt = square * np.sin(pitch)
     excess = difference * tilt
     to[TIME] += excess / time
     to[TURNS] -= 2 * REVOLUTION * difference * tilt / angle
@@ -314,8 +311,7 @@ def _add_tilt(
 
 def _observed(measured: Measurements, tilted: bool) -> Floats:
     """Return the readings, shape (10, n)."""
-    count = len(measured.runs)
-    observed = np.zeros((QUANTITIES, count))
+    observed = np.zeros((QUANTITIES, len(measured.runs)))
     # The angle that steady precession would have swept in the same time.
     observed[TIME] = measured.time
     observed[TURNS] = measured.turns * measured.slowing
@@ -371,8 +367,7 @@ def median(values: Floats) -> float:
     `np.median` would import numpy.ma, a tenth of the start-up time.
     """
     ordered = np.sort(values)
-    count = len(ordered)
-    half = count // 2
+    half = len(ordered) // 2
     below = ordered[-1 - half]
     return float(below + ordered[half]) / 2
 
@@ -402,12 +397,10 @@ def sample(measured: Measurements, kept: Floats) -> Any:
     An even stride could select a single torque if the weights come in the same order
     again and again.
     """
-    is_kept = kept > 0
-    index = np.flatnonzero(is_kept)
+    index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
         return index
-    generator = np.random.default_rng(0)
-    drawn = generator.choice(index, _SAMPLE, replace=False)
+    drawn = np.random.default_rng(0).choice(index, _SAMPLE, replace=False)
     return np.sort(drawn)
 
 
@@ -425,14 +418,10 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
         return rough
     count = len(index)
     first, second = _pairs(count)
-    product1 = product[first]
-    product2 = product[second]
-    torque1 = torque[first]
-    torque2 = torque[second]
-    apart = product2 - product1
-    inertia = (torque2 - torque1) / apart
-    imbalance = inertia * product1 - torque1
-    size = np.abs(product2)
+    apart = product[second] - product[first]
+    inertia = (torque[second] - torque[first]) / apart
+    imbalance = inertia * product[first] - torque[first]
+    size = np.abs(product[second])
     is_apart = np.abs(apart) > 1e-3 * size
     largest = np.abs(torque).max()
     is_small = np.abs(imbalance) < 3 * largest
@@ -450,12 +439,10 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     limited = np.minimum(relative, _ODD)
     squares = limited**2
     cost = squares.sum(axis=1)
-    lightest = lightest_torque(measured, kept)
-    cost += (imbalance[usable] / lightest) ** 2
+    cost += (imbalance[usable] / lightest_torque(measured, kept)) ** 2
     best = cost.argmin()
-    pair = np.flatnonzero(usable)[best]
-    m0 = float(imbalance[pair])
-    return Start(float(inertia[pair]), m0)
+    m0 = float(lines.residual_torque[best, 0])
+    return Start(float(lines.inertia[best, 0]), m0)
 
 
 def _pairs(count: int) -> tuple[Any, Any]:
@@ -469,8 +456,7 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
     sizes = np.abs(measured.torque)
     is_loaded = (kept > 0) & (sizes > 0)
-    largest = sizes.max()
-    return float(sizes[is_loaded].min(initial=largest))
+    return float(sizes[is_loaded].min(initial=sizes.max()))
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
@@ -486,8 +472,7 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
     u = np.zeros_like(measured.time)
     for source in measured.sources:
         if source.quantity == "time":
-            relative_u = source.relative * measured.time
-            u = source.absolute + relative_u
+            u = source.absolute + source.relative * measured.time
             break
     size = np.hypot(u[index], 0.01 * predicted)
     difference = np.abs(time - predicted)
@@ -668,9 +653,8 @@ def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
     and b are means over all days.
     """
     share = share_of_mean(measured.day)
-    of_m0 = share * prior_width
-    of_bias = share * measured.timing_bias_u
-    return np.array([start.inertia, of_m0, of_bias])
+    widths = share * np.array([prior_width, measured.timing_bias_u])
+    return np.array([start.inertia, *widths])
 
 
 def _weighted_rows(
@@ -682,8 +666,7 @@ def _weighted_rows(
     """
     conditions = np.column_stack((plain, -misclosure))
     weighted = weight[:, None] * conditions
-    width = len(unknowns)
-    directions = np.eye(width)[1:]
+    directions = np.eye(len(unknowns))[1:]
     priors = np.column_stack((directions, -unknowns[1:]))
     return np.vstack((weighted, priors))
 
@@ -715,10 +698,9 @@ def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
     # One step at most halves or doubles I_zz.
     largest = 0.5 * abs(inertia)
     limit = largest / abs(step[0])
-    part = min(1.0, limit)
     # Full steps can oscillate if errors are as large as the readings.
     halvings = turn // FULL_STEPS
-    shortened: Floats = step * part * 0.5**halvings
+    shortened: Floats = step * min(1.0, limit) * 0.5**halvings
     return shortened
 
 
@@ -773,8 +755,7 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     source = problem.from_source
     run = problem.from_run
     quantity = problem.quantity[source]
-    observed = problem.observed[quantity, run]
-    read = np.abs(observed)
+    read = np.abs(problem.observed[quantity, run])
     absolute = np.abs(problem.absolute[source, run])
     size = absolute + problem.relative[source, run] * read
     is_measured = np.isin(quantity, MEASURED) & (adjusted.kept[run] > 0)

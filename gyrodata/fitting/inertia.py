@@ -20,39 +20,20 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import physics
+from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import (
     ADDED,
-    ASTRAY,
-    NEGLIGIBLE,
     PITCH,
     SPIN,
     TRANSVERSE,
     TURNS,
     Adjusted,
-    Linear,
     NoFit,
     Problem,
     Start,
-    adjust,
-    first_guess,
-    lightest_torque,
-    misfits,
-    torques_differ,
-    transverse_inertia,
 )
-from gyrodata.fitting.posterior import (
-    BALANCE,
-    BALANCED,
-    UNBALANCED,
-    UNTOUCHED,
-    Conditions,
-    Posterior,
-    balance_prior,
-    chi2_tail,
-    integrate,
-    level_prior,
-    mixed,
-)
+from gyrodata.fitting.posterior import Posterior, chi2_tail
 from gyrodata.measurements import (
     BALANCE_CHANGE,
     DAY_BALANCE,
@@ -66,7 +47,7 @@ from gyrodata.measurements import (
     share_of_mean,
     total_spin_excess,
 )
-from gyrodata.physics import Floats, precession_rate
+from gyrodata.physics import Floats
 from gyrodata.physics.models import ModelError, Motion, TimedRuns
 from gyrodata.physics.motion import Top
 
@@ -207,14 +188,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     def _estimate(self, number: int) -> Estimate:
         """Return an unknown: median of its posterior, and half the 68.3 % interval."""
-        unit = UNITS[number]
         if self.posterior is None:
-            variance = self.covariance[number, number]
-            value = self.adjusted.unknowns[number]
-            return Estimate(float(value), math.sqrt(variance), unit)
+            u = math.sqrt(self.covariance[number, number])
+            return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
         quantiles = self.posterior.quantiles(number)
-        low, below, median, above, high = quantiles.tolist()
-        return Estimate(median, (above - below) / 2, unit, (low, high))
+        low, below, middle, above, high = quantiles.tolist()
+        return Estimate(middle, (above - below) / 2, UNITS[number], (low, high))
 
     @property
     def covariance(self) -> Floats:
@@ -234,7 +213,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         return _budget(self, self.inertia.u or 0.0)
 
     @cached_property
-    def _linear(self) -> Linear:
+    def _linear(self) -> adjustment.Linear:
         """The conditions at the end, without the errors of single runs."""
         end = self.adjusted
         return end.problem.linearise(
@@ -245,14 +224,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     def fitted_time(self) -> Floats:
         """Time that the fit predicts from the other readings [s], shape (n,)."""
         inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
-        linear = self._linear
-        values = linear.values
-        torque = linear.torque + residual_torque
+        values = self._linear.values
+        torque = self._linear.torque + residual_torque
         spin = self.sense * values[SPIN]
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
-        signed_rate = precession_rate(torque, spin, *top)
-        rate = np.abs(signed_rate)
+        rate = np.abs(physics.precession_rate(torque, spin, *top))
         late = bias + self._shift_of(DAY_BIAS)
         angle = REVOLUTION * values[TURNS]
         with np.errstate(divide="ignore"):
@@ -266,12 +243,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         It comes from the errors of this run alone.
         """
         end = self.adjusted
-        m0 = end.unknowns[1]
-        net_torque = np.abs(self._linear.torque + m0)
+        net_torque = self._linear.torque + end.unknowns[1]
         width = np.sqrt(end.independent_variance)
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the net torque.
-            u: Floats = width / net_torque
+            u: Floats = width / np.abs(net_torque)
         return u
 
     def error_of(self, name: str) -> Floats:
@@ -281,8 +257,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         problem = self.adjusted.problem
         errors = problem.errors_of(self.adjusted.shared)
-        of_source = errors[problem.is_from(name)]
-        error: Floats = of_source.sum(axis=0)
+        error: Floats = errors[problem.is_from(name)].sum(axis=0)
         return error
 
     def _shift_of(self, name: str) -> Floats:
@@ -290,8 +265,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         problem = self.adjusted.problem
         errors = problem.errors_of(self.adjusted.shared)
         shifts = problem.absolute * errors
-        of_source = shifts[problem.is_from(name)]
-        shift: Floats = of_source.sum(axis=0)
+        shift: Floats = shifts[problem.is_from(name)].sum(axis=0)
         return shift
 
     @property
@@ -315,8 +289,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
-        u = self.time_u[kept]
-        stated_u = u / self.widths.scatter
+        stated_u = self.time_u[kept] / self.widths.scatter
         return self.posterior.evidence - float(np.log(stated_u).sum())
 
     @property
@@ -326,13 +299,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         There is a value for each run's own M/(φ̇ψ̇), shape (n,).
         """
         # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
-        end = self.adjusted
-        problem = end.problem
-        observed = problem.observed
-        angle = REVOLUTION * observed[TURNS]
-        lever = angle * observed[SPIN]
-        gain = end.gain[: problem.count]
-        width = np.sqrt(end.independent_variance)
+        problem = self.adjusted.problem
+        angle = REVOLUTION * problem.observed[TURNS]
+        lever = angle * problem.observed[SPIN]
+        gain = self.adjusted.gain[: problem.count]
+        width = np.sqrt(self.adjusted.independent_variance)
         response: Floats = -gain * lever / width
         return response
 
@@ -375,8 +346,8 @@ def fit(
     if widths is not None:
         return min(begun, key=attrgetter("chi2"))
     result = _integrated(measured, begun)
-    p = result.as_stated.p
-    if p > UNLIKELY or not measured.timed or result.two_signs:
+    is_likely = result.as_stated.p > UNLIKELY
+    if is_likely or not measured.timed or result.two_signs:
         return result
     return _with_late_runs(measured, result)
 
@@ -385,12 +356,10 @@ def _fits_at_widths(
     measured: Measurements, tilted: bool, left_out: Collection[int], widths: Widths
 ) -> list[FitResult]:
     """Fit the runs at fixed widths, with each possible sign of M0."""
-    count = len(measured.runs)
-    kept = np.ones(count)
+    kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
     # Without a direction of the runs without a weight, M0 can have both signs.
-    senses = measured.sense[kept > 0]
-    is_determined = senses.all()
+    is_determined = measured.sense[kept > 0].all()
     signs = (1.0,) if is_determined else (1.0, -1.0)
     begun: list[FitResult] = []
     for sign in signs:
@@ -417,19 +386,19 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         tilted = result.adjusted.problem.tilted
         problem = Problem(measured, tilted, level, width, scatter)
         with suppress(NoFit):
-            adjusted = adjust(problem, result.sense, start, width, kept)
+            adjusted = adjustment.adjust(problem, result.sense, start, width, kept)
             widths = Widths(scatter, width, level)
             result = replace(result, adjusted=adjusted, widths=widths)
             answer = integrate_at(result)
         answers.append((answer.evidence, result, answer))
     answers.sort(key=itemgetter(0), reverse=True)
-    (evidence, first, answer), *others = answers
+    evidence, first, answer = answers[0]
     least = evidence + math.log(ONE_SIGN)
-    for other_evidence, _, other in others:
+    for other_evidence, _, other in answers[1:]:
         if other_evidence > least:
             # The other sign of M0 is possible too.
             first = replace(first, two_signs=True)
-            answer = mixed([answer, other])
+            answer = posterior.mixed([answer, other])
     stated = min(begun, key=attrgetter("chi2"))
     return replace(first, begun=stated, posterior=answer)
 
@@ -454,15 +423,13 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
         assert other.posterior is not None
         answers.append(replace(other.posterior, evidence=evidence))
     evidences = [answer.evidence for answer in answers]
-    best = int(np.argmax(evidences))
-    likeliest = fits[best]
+    likeliest = fits[int(np.argmax(evidences))]
     gone = result.adjusted.kept - likeliest.adjusted.kept
     # The evidence of the log remains comparable with that of another fit of all runs.
     assert result.posterior is not None
-    mixture = mixed(answers)
-    answer = replace(mixture, evidence=result.posterior.evidence)
-    late_runs = np.flatnonzero(gone).tolist()
-    return replace(result, late=tuple(late_runs), posterior=answer)
+    answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
+    late_runs = tuple(np.flatnonzero(gone).tolist())
+    return replace(result, late=late_runs, posterior=answer)
 
 
 def _without_late_runs(
@@ -483,8 +450,7 @@ def _without_late_runs(
         except NoFit:
             return
         result = _integrated(measured, begun)
-        expected = result.fitted_time[run]
-        lateness = measured.time[run] - expected
+        lateness = measured.time[run] - result.fitted_time[run]
         if not 0 < lateness < LATEST or result.dof < 1:
             return
         yield result
@@ -496,40 +462,35 @@ def _at_widths(
     """Adjust the runs at fixed widths."""
     width = widths.residual_torque
     if width is None:
-        width = lightest_torque(measured, kept)
+        width = adjustment.lightest_torque(measured, kept)
         widths = replace(widths, residual_torque=width)
-    start = first_guess(measured, sense, kept)
-    m0 = min(start.residual_torque, width)
-    m0 = max(-width, m0)
+    start = adjustment.first_guess(measured, sense, kept)
+    m0 = max(-width, min(start.residual_torque, width))
     start = replace(start, residual_torque=m0)
     try:
         problem = Problem(measured, tilted, widths.level, width, widths.scatter)
-        adjusted = adjust(problem, sense, start, width, kept)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept)
     except NoFit:
         # The cheapest explanation of a very large mistake is that all spins are
         # infinite, because their errors are proportional, or that M0 cancels all
         # torques. Larger errors of single runs and a small M0 prevent this.
-        off = misfits(measured, start)
-        squares = off[kept > 0] ** 2
-        typical = math.sqrt(np.mean(squares))
-        factor = max(widths.scatter, typical)
+        off = adjustment.misfits(measured, start)[kept > 0]
+        factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
         problem = Problem(measured, tilted, widths.level, width, factor)
         width *= 0.1
         widths = replace(widths, scatter=factor, residual_torque=width)
-        adjusted = adjust(problem, sense, start, width, kept, ASTRAY)
+        astray = adjustment.ASTRAY
+        adjusted = adjustment.adjust(problem, sense, start, width, kept, astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
     is_separate = _separates_balance(measured, kept)
-    is_of_day = adjusted.problem.owned_by(DAY_BALANCE)
-    of_days = adjusted.shared[is_of_day]
-    squares = of_days**2
-    prior = float(squares.sum())
+    of_days = adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)]
+    prior = float(np.sum(of_days**2))
     if is_separate:
         prior += (adjusted.unknowns[1] / adjusted.scale[1]) ** 2
     days = {*measured.day[kept > 0].tolist()}
-    of_runs = float(adjusted.chi2 - prior)
     return FitResult(
-        chi2=widths.scatter**2 * of_runs,
+        chi2=widths.scatter**2 * float(adjusted.chi2 - prior),
         dof=int(kept.sum()) - len(days) - is_separate,
         widths=widths,
         sense=sense,
@@ -541,9 +502,8 @@ def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     """Return whether the torques of a day differ, so that they determine its M0."""
     used = kept > 0
     for day in {*measured.day[used].tolist()}:
-        is_of_day = measured.day == day
-        torque = measured.torque[used & is_of_day]
-        if torques_differ(torque):
+        of_day = used & (measured.day == day)
+        if adjustment.torques_differ(measured.torque[of_day]):
             return True
     return False
 
@@ -558,23 +518,22 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     measured = problem.measured
     kept = adjusted.kept > 0
     scatter = result.widths.scatter
-    rows = scatter * adjusted.rows
-    to_unknowns = rows[:, :3]
+    to_unknowns = scatter * adjusted.rows[:, :3]
     # The unit of M0 in the fit is the width of its prior there.
+    to_unknowns[:, 1] /= adjusted.scale[1]
     unit = adjusted.scale.copy()
-    to_unknowns[:, 1] /= unit[1]
     unit[1] = 1.0
-    to_shared = rows[:, 3:]
+    to_shared = scatter * adjusted.rows[:, 3:]
     to_m0 = to_unknowns[:, 1:2]
     groups = measured.balance_groups
     # `np.unique` would import numpy.ma, which takes as long as the fit.
-    has_weight = groups >= 0
-    weights = sorted({*groups[kept & has_weight].tolist()})
+    used = kept & (groups >= 0)
+    weights = sorted({*groups[used].tolist()})
     is_of_weight = groups[:, None] == np.array(weights)
     share = share_of_mean(measured.day)
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
     weighted = scatter * adjusted.weighted
-    conditions = Conditions(
+    conditions = posterior.Conditions(
         unknowns=to_unknowns,
         shared=to_shared[:, ~is_balance],
         levels=to_m0 * is_of_weight,
@@ -586,36 +545,32 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
         scatter=scatter,
     )
     inertia = result.inertia.value
-    lightest = lightest_torque(measured, adjusted.kept)
+    lightest = adjustment.lightest_torque(measured, adjusted.kept)
     # The prior is that of the mean of all days.
     width = None
-    test = measured.balance_test
-    if tested and test is not None:
-        width = share * test.at(inertia)
-    usual = balance_scale(measured, inertia, lightest)
-    scale = share * usual
-    torque = measured.torque[kept]
-    tails = torques_differ(torque) or not measured.balanced
-    balance = balance_prior(scale, width, tails)
-    untouched = 0.0 if measured.balance == "touched" else UNTOUCHED
+    if tested and measured.balance_test is not None:
+        width = share * measured.balance_test.at(inertia)
+    scale = share * balance_scale(measured, inertia, lightest)
+    differ = adjustment.torques_differ(measured.torque[kept])
+    tails = differ or not measured.balanced
+    balance = posterior.balance_prior(scale, width, tails)
+    untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
     if len(weights) < 2:
         untouched = 1.0
-    changes = level_prior(untouched, lightest)
-    stated = times_stated(measured)
-    return integrate(conditions, balance, changes, stated)
+    changes = posterior.level_prior(untouched, lightest)
+    return posterior.integrate(conditions, balance, changes, times_stated(measured))
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
     """Return the scale of M0's prior, for an I_zz [kg*m^2] and a torque [N*m]."""
-    usual = BALANCE * lightest
-    size = abs(inertia)
+    usual = posterior.BALANCE * lightest
     if measured.torque_unseen is not None:
-        return min(usual, measured.torque_unseen * size)
+        return min(usual, measured.torque_unseen * abs(inertia))
     if measured.balanced is None:
         return usual
     if measured.balanced:
-        return min(usual, BALANCED * size)
-    return UNBALANCED * usual
+        return min(usual, posterior.BALANCED * abs(inertia))
+    return posterior.UNBALANCED * usual
 
 
 def times_stated(measured: Measurements) -> bool:
@@ -638,14 +593,10 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     # and the shared errors.
     of_runs, of_priors = np.split(adjusted.gain**2, [problem.count])
     independent = adjusted.slopes * problem.independent
-    squares = independent**2
-    shares = of_runs / adjusted.independent_variance
-    variances = squares @ shares
+    variances = independent**2 @ (of_runs / adjusted.independent_variance)
     single = float(variances.sum())
-    whole = u**2
-    if single > NEGLIGIBLE * whole:
-        prior = float(of_priors.sum())
-        wider = max(0.0, whole - single - prior)
+    if single > adjustment.NEGLIGIBLE * u**2:
+        wider = max(0.0, u**2 - single - float(of_priors.sum()))
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
     unexplained = variances - stated
@@ -656,9 +607,8 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     # The differences of M0 and of b between days are in the rows of M0 and b.
     rows: defaultdict[tuple[str, bool, str], float] = defaultdict(float)
     for source, variance in zip(problem.sources, stated.tolist(), strict=True):
-        name = source.name
-        is_shared = bool(problem.owned_by(name).any())
-        rows[name, is_shared, source.shared_by] += variance
+        is_shared = bool(problem.owned_by(source.name).any())
+        rows[source.name, is_shared, source.shared_by] += variance
     rows[DAY_BALANCE, True, "all runs"] += of_m0
     rows[DAY_BIAS, True, by_bias] += of_bias
     rows["unexplained_scatter", False, ""] += max(0.0, excess)
@@ -743,7 +693,7 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     m0_of_day = dict(zip(days, near.balances.tolist(), strict=True))
     m0 = [m0_of_day.get(day, mean) for day in measured.day.tolist()]
     inertia = near.inertia.value + measured.added
-    transverse = transverse_inertia(measured)
+    transverse = adjustment.transverse_inertia(measured)
     try:
         return Top(inertia, transverse, measured.torque + m0)
     except ValueError as error:
@@ -756,25 +706,23 @@ def _corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measu
     The runs also get the sources of error that exist only with this motion.
     """
     top = top_of(measured, near)
-    runs = timed_runs(measured)
-    slowing, errors = chosen.correction(top, runs)
+    slowing, errors = chosen.correction(top, timed_runs(measured))
     sources = (*measured.sources, *map(_source_of, errors))
     return replace(measured, slowing=slowing, sources=sources)
 
 
 def _source_of(error: ModelError) -> Source:
     """Return an error of a model of motion as a source of error of the log."""
-    count = len(error.size)
-    no_error = np.zeros(count)
-    shared_group = np.zeros(count, dtype=int)
-    own_groups = np.arange(count)
+    nothing = np.zeros(len(error.size))
+    every = np.zeros(len(nothing), dtype=int)
+    own = np.arange(len(nothing))
     is_time = error.quantity == "time"
     return Source(
         error.name,
         error.quantity,
-        shared_group if error.shared_by else own_groups,
-        error.size if is_time else no_error,
-        no_error if is_time else error.size,
+        every if error.shared_by else own,
+        error.size if is_time else nothing,
+        nothing if is_time else error.size,
         error.shared_by,
         True,
         error.described,

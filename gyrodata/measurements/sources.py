@@ -15,7 +15,6 @@ from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.physics import Floats, Integers
-from gyrodata.quantities import numerals
 from gyrodata.quantities.error_sources import (
     DECAY_SPREAD,
     DECAY_TIME,
@@ -419,7 +418,8 @@ def _rounding_of_turns(turns: Column) -> Iterator[Source]:
 
     The error of sighting the rod is another one, of each run alone.
     """
-    texts = ["" if reading.u else _decimal_of(reading) for reading in turns.readings]
+    # As decimals: 33.3 % is 0.333.
+    texts = ["" if reading.u else f"{reading.value:g}" for reading in turns.readings]
     doubts = {text: rounded_turns(text)[1] for text in set(texts)}
     rounding = np.array([doubts[text] for text in texts])
     rounding[rounding < NEGLIGIBLE_ROUNDING * np.abs(values_of(turns))] = 0.0
@@ -437,14 +437,6 @@ def _rounding_of_turns(turns: Column) -> Iterator[Source]:
         True,
         "rounding",
     )
-
-
-def _decimal_of(turns: Reading) -> str:
-    """Return turns as a decimal: the one that is typed, or 0.333 for 33.3 %."""
-    is_number = numerals.PLAIN.fullmatch(turns.text) is not None
-    if is_number and numerals.to_float(turns.text) == turns.value:
-        return turns.text
-    return f"{turns.value:.6g}"
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:

@@ -24,10 +24,9 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.base.errors import insist_on_type
-from gyrodata.fitting import TEXTBOOK, NoFit, torques_differ, transverse_inertia
 from gyrodata.judging.changes import Lab
 from gyrodata.measurements import Measurements, Source, select
-from gyrodata.physics import Floats, precession_rate
+from gyrodata.physics import Floats
 from gyrodata.reporting.values import in_columns
 from gyrodata.results import Analysis, to_json
 
@@ -180,9 +179,7 @@ def selfcheck(
     typical = Lab(None, measured, fit, motion)
     stated = _try_fits(typical, 1.0, labs, seed, progress)
     with_scatter = None
-    is_larger = fit.posterior.factor > 1
-    weight = fit.posterior.weight[is_larger]
-    larger = float(weight.sum())
+    larger = float(fit.posterior.weight[fit.posterior.factor > 1].sum())
     scatter = fit.widths.scatter
     if min(larger, 1 - larger) < DOUBTED:
         with_scatter = _try_fits(typical, scatter, labs, seed, progress)
@@ -198,10 +195,9 @@ def _try_fits(
 ) -> tuple[Performance, ...]:
     """Apply the fits to simulated labs, and compare their answers with the truth."""
     random = np.random.default_rng(seed)
-    names = "recommended", *TEXTBOOK
-    fits = len(names)
-    ends = np.zeros((fits, labs, 5))
-    seconds = np.zeros(fits)
+    names = "recommended", *fitting.TEXTBOOK
+    ends = np.zeros((len(names), labs, 5))
+    seconds = np.zeros(len(names))
     for i in range(labs):
         drawn = draw(lab, scatter, random)
         for k, name in enumerate(names):
@@ -219,22 +215,19 @@ def _judge(name: str, ends: Floats, time_us: float) -> Performance:
 
     There are five ends of intervals for each lab.
     """
-    is_answer = np.isfinite(ends).all(axis=1)
-    refused = int(np.sum(~is_answer))
-    if not is_answer.any():
+    answered = ends[np.isfinite(ends).all(axis=1)]
+    refused = len(ends) - len(answered)
+    if not len(answered):
         return Performance(name, None, None, None, None, None, time_us, refused)
-    low, below, value, above, high = ends[is_answer].T
+    low, below, value, above, high = answered.T
     bias = float(value.mean() - 1)
-    is_in_68 = (below <= 1) & (above >= 1)
-    is_in_95 = (low <= 1) & (high >= 1)
-    length = above - below
     return Performance(
         name,
         bias=bias,
         rmse=math.hypot(bias, value.std()),
-        coverage_68=float(is_in_68.mean()),
-        coverage_95=float(is_in_95.mean()),
-        mean_u=float(length.mean() / 2),
+        coverage_68=float(np.mean((below <= 1) & (above >= 1))),
+        coverage_95=float(np.mean((low <= 1) & (high >= 1))),
+        mean_u=float((above - below).mean() / 2),
         time_us=time_us,
         refused=refused,
     )
@@ -248,16 +241,14 @@ def draw(lab: Lab, scatter: float, random: np.random.Generator) -> Measurements:
     measured = lab.measured
     truth = _truth(lab)
     readings = dict(truth)
-    days = measured.day.max() + 1
-    hands = random.standard_normal(days)
-    late = measured.timing_bias_u * hands[measured.day]
-    readings["time"] = truth["time"] + late
+    hands = random.standard_normal(measured.day.max() + 1)
+    readings["time"] = truth["time"] + measured.timing_bias_u * hands[measured.day]
     for source in measured.sources:
         name = "given_torque" if source.quantity == "torque" else source.quantity
         if name in truth:
             size = source.absolute + source.relative * truth[name]
-            standardised = _drawn(source, scatter, random)
-            readings[name] = readings[name] + size * standardised
+            errors = size * _drawn(source, scatter, random)
+            readings[name] = readings[name] + errors
     g = float(readings.pop("g")[0])
     # The torque follows from the readings, as a student computes it; those that the log
     # does not contain are NaN.
@@ -271,17 +262,16 @@ def _truth(lab: Lab) -> dict[str, Floats]:
     """Return the true readings of each run; the times follow from the others."""
     measured = lab.measured
     fit = lab.fit
-    across = transverse_inertia(measured)
+    across = fitting.transverse_inertia(measured)
     pitch = measured.pitch * lab.motion.tilted
     # The weight turns with the ball if its own inertia is given.
     inertia = fit.inertia.value + measured.added
     torque = measured.torque + fit.balances
     spin = fit.sense * measured.corrected_spin
-    rate = precession_rate(torque, spin, inertia, across, pitch)
+    rate = physics.precession_rate(torque, spin, inertia, across, pitch)
     count = len(measured.runs)
     truth = {name: np.broadcast_to(getattr(measured, name), count) for name in READ}
-    angle = 2 * np.pi * measured.turns
-    truth["time"] = angle / np.abs(rate)
+    truth["time"] = 2 * np.pi * measured.turns / np.abs(rate)
     return truth
 
 
@@ -289,11 +279,10 @@ def _drawn(source: Source, scatter: float, random: np.random.Generator) -> Any:
     """Draw the error of each run from a source, in its u; a group has one error."""
     groups = source.groups
     count = groups.max(initial=0) + 1
-    has_error = groups >= 0
-    drawn = random.standard_normal(count)[groups] * has_error
+    drawn = random.standard_normal(count)[groups] * (groups >= 0)
     # An error that a run does not share is independent, as in the fit.
-    runs = np.bincount(groups[has_error], minlength=count)
-    return drawn * np.where(runs[groups] == 1, scatter, 1.0)
+    runs = np.bincount(groups[groups >= 0], minlength=count)[groups]
+    return drawn * np.where(runs == 1, scatter, 1.0)
 
 
 def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
@@ -305,16 +294,15 @@ def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
     torques.
     """
     nothing = np.full(5, math.nan)
-    is_possible = lab.time > 0
-    if not is_possible.all():
+    if not (lab.time > 0).all():
         return nothing
     if name == "recommended":
-        with suppress(NoFit):
+        with suppress(fitting.NoFit):
             posterior = fitting.fit(lab, tilted=tilted).posterior
             assert posterior is not None
             return posterior.quantiles()
         return nothing
-    if name == "with_constant" and not torques_differ(lab.torque):
+    if name == "with_constant" and not fitting.torques_differ(lab.torque):
         return nothing
-    value, u = TEXTBOOK[name](lab.product, lab.torque)
+    value, u = fitting.TEXTBOOK[name](lab.product, lab.torque)
     return value + u * np.arange(-2, 3)

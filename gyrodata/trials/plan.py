@@ -21,7 +21,7 @@ from msgspec.structs import replace
 
 from gyrodata import fitting
 from gyrodata.base.errors import InputError
-from gyrodata.fitting import FitResult, relative_u
+from gyrodata.fitting import FitResult
 from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
 from gyrodata.judging.procedure import SHORT
@@ -135,7 +135,7 @@ def plan_log(lab: Lab, limits: Limits) -> Plan:
     """Plan the next runs of a lab that has begun."""
     if (limits.masses or limits.positions) and np.isnan(lab.measured.mass).all():
         raise InputError.named("plan_without_masses")
-    now = relative_u(lab.fit.inertia)
+    now = fitting.relative_u(lab.fit.inertia)
     return _plan(lab, limits, now, ())
 
 
@@ -153,18 +153,16 @@ def plan_lab(limits: Limits) -> Plan:
     turns = max(limits.turns)
     design = Design(tuple(masses), tuple(positions), (middle,), (turns,))
     log = simulate(Truth(), design, seed=None).log
-    readings = read_log(log.encode())
-    measured = measure(readings)
-    count = len(measured.runs)
-    good = [run for run in range(count) if not _fault(measured, run)]
+    measured = measure(read_log(log.encode()))
+    good = [run for run in range(len(measured.runs)) if not _fault(measured, run)]
     if not good:
         raise InputError.named("plan_impossible")
     measured = select(measured, good)
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
-    u = relative_u(lab.fit.inertia)
-    first = [_planned(measured, run, u) for run in range(len(good))]
+    u = fitting.relative_u(lab.fit.inertia)
+    first = tuple([_planned(measured, run, u) for run in range(len(good))])
     left = limits.minutes - sum(run.minutes for run in first)
-    return _plan(lab, replace(limits, minutes=left, spins=spins), None, tuple(first))
+    return _plan(lab, replace(limits, minutes=left, spins=spins), None, first)
 
 
 def _plan(
@@ -178,16 +176,15 @@ def _plan(
     choices = tuple([run for run, _ in _fitted(lab, ranked)])
     left_out = _left_out(lab, limits)
     runs, lab, end = _choose(lab, limits)
-    u = relative_u(lab.fit.inertia)
-    largest = lab.fit.budget[0]
-    limit = source_words(largest.source)
+    u = fitting.relative_u(lab.fit.inertia)
+    limit = source_words(lab.fit.budget[0].source)
     others = _others(lab)
     return Plan(now, first, choices, runs, others, u, limit, limits.goal, end, left_out)
 
 
 def _choose(lab: Lab, limits: Limits) -> tuple[tuple[PlannedRun, ...], Lab, str]:
     """Choose runs; return them, the lab with them, and why there are no more."""
-    u = relative_u(lab.fit.inertia)
+    u = fitting.relative_u(lab.fit.inertia)
     left = limits.minutes
     goal = limits.goal or 0.0
     runs: list[PlannedRun] = []
@@ -199,8 +196,7 @@ def _choose(lab: Lab, limits: Limits) -> tuple[tuple[PlannedRun, ...], Lab, str]
             break
         # On the way to a goal each gain counts.
         least = u if goal else WORTH * u
-        best = _fitted(lab, ranked[:SHOWN])
-        step = next(((run, larger) for run, larger in best if run.u < least), None)
+        step = next((s for s in _fitted(lab, ranked[:SHOWN]) if s[0].u < least), None)
         if step is None:
             end = "no other run reduces u by more than 1 %"
             break
@@ -219,7 +215,7 @@ def _fitted(
     """Yield each run with the u of the whole fit, and the larger lab."""
     for run, measured in ranked:
         fit = _fit(lab, measured)
-        u = relative_u(fit.inertia)
+        u = fitting.relative_u(fit.inertia)
         yield replace(run, u=u), replace(lab, measured=measured, fit=fit)
 
 
@@ -232,17 +228,13 @@ def _rank(
     quick to compute, and its ratio to that of the lab is right.
     """
     widths = lab.fit.widths
-    fit = _fit(lab, lab.measured, widths)
-    now = relative_u(fit.inertia)
+    now = fitting.relative_u(_fit(lab, lab.measured, widths).inertia)
     ranked = []
     for larger in _larger_labs(lab, limits):
         run = _planned(larger, -1, now)
         if run.minutes <= minutes and not _fault(larger):
-            fit = _fit(lab, larger, widths)
-            u = relative_u(fit.inertia)
-            ratio = now / u
-            gain = math.log(ratio)
-            ranked.append((gain / run.minutes, run, larger))
+            u = fitting.relative_u(_fit(lab, larger, widths).inertia)
+            ranked.append((math.log(now / u) / run.minutes, run, larger))
     ranked.sort(key=itemgetter(0), reverse=True)
     return [(run, larger) for _, run, larger in ranked]
 
@@ -260,9 +252,7 @@ def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
     """Describe a run of a lab."""
     time = float(measured.time[run])
     seconds = PREPARE + time
-    torque = measured.torque
-    is_changed = torque[run] != torque[run - 1]
-    if run == 0 or is_changed:
+    if run == 0 or measured.torque[run] != measured.torque[run - 1]:
         seconds += CHANGE_WEIGHT
     return PlannedRun(
         mass=float(np.nan_to_num(measured.load[run])),
@@ -293,11 +283,9 @@ def _larger_labs(lab: Lab, limits: Limits) -> Iterator[Measurements]:
     """Yield the lab with each run that can be added."""
     measured = lab.measured
     # A slow, a middle and a fast spin, in whole rpm.
-    speeds = np.abs(measured.spin) / RPM
-    rpm = np.quantile(speeds, [0.0, 0.5, 1.0]).round()
+    rpm = np.quantile(np.abs(measured.spin) / RPM, [0.0, 0.5, 1.0]).round()
     spins = limits.spins or dict.fromkeys((RPM * rpm).tolist())
-    loads = _loads(measured, limits)
-    settings = itertools.product(loads, spins, limits.turns)
+    settings = itertools.product(_loads(measured, limits), spins, limits.turns)
     for load, spin, turns in dict.fromkeys(settings):
         yield _with_run(measured, lab.fit, load, spin, turns)
     for change in changes.CHANGES["unloaded_run"](lab):
@@ -308,24 +296,20 @@ def _larger_labs(lab: Lab, limits: Limits) -> Iterator[Measurements]:
 def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     """Yield the loads of the log, or those that the user has."""
     # The weights of the last day are there.
-    is_today = measured.day == measured.day[-1]
-    is_loaded = measured.torque != 0
-    usable = is_today & is_loaded
+    today = measured.day[-1]
     first_runs = [runs[0] for runs in measured.by_torque]
-    loaded = [run for run in first_runs if usable[run]]
+    loaded = [
+        run for run in first_runs if measured.torque[run] and measured.day[run] == today
+    ]
     if not (limits.masses or limits.positions):
         yield from map(_Load, loaded)
         return
-    distances = np.abs(measured.position)
-    known = np.array([measured.mass[loaded], distances[loaded]])
+    known = np.array([measured.mass[loaded], np.abs(measured.position[loaded])])
     masses = limits.masses or known[0].tolist()
     positions = limits.positions or known[1].tolist()
     for size in itertools.product(masses, positions):
         ratios = np.array(size)[:, None] / known
-        ln_ratios = np.log(ratios)
-        differences = np.abs(ln_ratios)
-        distance = differences.sum(axis=0)
-        nearest = int(distance.argmin())
+        nearest = int(np.abs(np.log(ratios)).sum(axis=0).argmin())
         ratio = ratios[:, nearest]
         # A weight that agrees within 1 % is that of the log.
         ratio[np.abs(ratio - 1) < SAME] = 1.0
@@ -339,14 +323,10 @@ def _with_run(
     like = load.like
     bias = fit.timing_bias.value
     balance = fit.balances[like]
-    torque_like = measured.torque[like]
-    torque = torque_like * load.mass * load.position
-    fitted_time = fit.fitted_time[like]
-    duration = fitted_time - bias
-    time = duration * turns / measured.turns[like]
-    spin_like = measured.spin[like]
-    faster = spin / spin_like
-    slower = (torque_like + balance) / (torque + balance)
+    torque = measured.torque[like] * load.mass * load.position
+    time = (fit.fitted_time[like] - bias) * turns / measured.turns[like]
+    faster = spin / measured.spin[like]
+    slower = (measured.torque[like] + balance) / (torque + balance)
     values = {
         "mass": measured.mass[like] * load.mass,
         "position": measured.position[like] * load.position,
@@ -355,8 +335,7 @@ def _with_run(
         "turns": turns,
         "time": time * faster * slower + bias,
     }
-    count = len(measured.runs)
-    larger = select(measured, [*range(count), like])
+    larger = select(measured, [*range(len(measured.runs)), like])
     for name, value in values.items():
         getattr(larger, name)[-1] = value
     is_new = {"mass": load.mass != 1, "position": load.position != 1}
@@ -365,9 +344,10 @@ def _with_run(
         is_own = not source.shared_by or is_new.get(source.quantity)
         if is_own and not is_of_all:
             source.groups[-1] = source.groups.max() + 1
-    runs = *measured.runs, f"planned {count + 1}"
-    lines = *measured.lines, 0
-    return replace(larger, runs=runs, lines=lines)
+    number = len(measured.runs) + 1
+    return replace(
+        larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
+    )
 
 
 RANGES = {role: size.possible for role, size in checks.SIZES.items()}
@@ -378,8 +358,7 @@ RANGES["time"] = SHORT, RANGES["time"][1]
 def _fault(measured: Measurements, run: int = -1) -> str:
     """Name the reading of a run that `gyro check` would doubt; "" if there is none."""
     for role, (low, high) in RANGES.items():
-        values = getattr(measured, role)
-        size = abs(values[run])
+        size = abs(getattr(measured, role)[run])
         if 0 < size < low or size > high:
             return role
     return ""
@@ -388,13 +367,11 @@ def _fault(measured: Measurements, run: int = -1) -> str:
 def _left_out(lab: Lab, limits: Limits) -> dict[str, str]:
     """Return an example of the runs that are left out for each doubted reading."""
     labs = {_fault(larger): larger for larger in _larger_labs(lab, limits)}
-    examples = {}
-    for role, larger in labs.items():
-        if role:
-            load = load_words(larger, -1)
-            rpm = larger.spin[-1] / RPM
-            examples[role] = f"{load} at {rpm:.0f} rpm"
-    return examples
+    return {
+        role: f"{load_words(larger, -1)} at {larger.spin[-1] / RPM:.0f} rpm"
+        for role, larger in labs.items()
+        if role
+    }
 
 
 # --- what remains ---
@@ -402,9 +379,7 @@ def _left_out(lab: Lab, limits: Limits) -> dict[str, str]:
 
 def _others(lab: Lab) -> tuple[Other, ...]:
     """List what else would reduce u of a lab: the advice of an analysis."""
-    gains = changes.gains(lab, "advice", WORTH)
-    others = []
-    for words, now, then in sorted(gains, key=itemgetter(2)):
-        if then < WORTH * now:
-            others.append(Other(words, then / 100))
-    return tuple(others)
+    gains = sorted(changes.gains(lab, "advice", WORTH), key=itemgetter(2))
+    return tuple(
+        [Other(words, then / 100) for words, now, then in gains if then < WORTH * now]
+    )

@@ -93,14 +93,12 @@ def timed_answers(
 
 def fit_once(measured: Measurements) -> Answer:
     """Fit all runs once."""
-    fitted = fitting.fit(measured)
-    return answer(fitted.inertia, False)
+    return answer(fitting.fit(measured).inertia, False)
 
 
 def analyze(log: str) -> Answer:
     """Do all that the command does, without writing a report."""
-    readings = read_log(log.encode())
-    analysis = analyze_readings(readings)
+    analysis = analyze_readings(read_log(log.encode()))
     return answer(analysis.fit.inertia, bool(analysis.doubts))
 
 
@@ -113,13 +111,13 @@ def answer(inertia: Estimate, reacts: bool) -> Answer:
 def process_cost(name: str, log: str) -> list[dict[str, Any]]:
     """Measure the CPU time of a whole process that fits a lab [s]."""
     words = [programs.__file__, name]
-    stdin = pickle.dumps(lab_of(measured_lab(log)))
+    data = pickle.dumps(lab_of(measured_lab(log)))
     if name == GYRO:
         words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
-        stdin = log.encode()
+        data = log.encode()
     before = children_time()
     command = [sys.executable, *words]
-    subprocess.run(command, input=stdin, capture_output=True, check=True)
+    subprocess.run(command, input=data, capture_output=True, check=True)
     return [{"method": name, "process": children_time() - before}]
 
 
@@ -158,8 +156,7 @@ def score(answers: pd.DataFrame) -> dict[str, Any]:
         errors = np.array([math.nan])
     sizes = np.abs(errors)
     error, largest = np.quantile(sizes, [CLOSER, STATED]).tolist()
-    test = quantile_test(sizes, p=CLOSER)
-    near = test.confidence_interval()
+    near = quantile_test(sizes, p=CLOSER).confidence_interval()
     half_length = answers["high"].sub(low).median() / 2
     return {
         "labs": len(value),

@@ -15,17 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gyrodata import physics
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
-from gyrodata.physics import RPM, STANDARD_GRAVITY, Floats
-from gyrodata.physics.motion import (
-    METHODS,
-    Top,
-    integrate,
-    mean_precession_rate,
-    nutation,
-    released,
-    split,
-)
+from gyrodata.physics import RPM, Floats, motion
 from gyrodata.trials.benchmark.fits import cheapest
 from gyrodata.trials.simulation import Truth
 
@@ -39,12 +31,12 @@ MASS = 0.060
 POSITION = 0.15
 """The weight [kg], and its distance from the centre of the ball [m]."""
 
-TOP = Top(
+TOP = motion.Top(
     Truth().inertia,
     DEFAULT_TRANSVERSE_RATIO * Truth().inertia + MASS * POSITION**2,
-    MASS * POSITION * STANDARD_GRAVITY,
+    MASS * POSITION * physics.STANDARD_GRAVITY,
 )
-START = released(TOP, SPIN)
+START = motion.released(TOP, SPIN)
 
 NOMINAL: Mapping[Any, int] = {
     "splitting strang": 2,
@@ -74,20 +66,16 @@ AIM = 1e-6
 def measure_curve(method: str, turns: int, budget: int) -> list[dict[str, Any]]:
     """Integrate the motion with ever finer settings, up to `budget` evaluations."""
     end, true = reference(turns)
-    nod = nutation(TOP, SPIN)
-    period = nod.period
+    period = motion.nutation(TOP, SPIN).period
     # The first call also imports the integrator.
     follow(method, 1, 1.0, period)
     rows: list[dict[str, Any]] = []
     for level in itertools.count():
-        half = level / 2
-        per_nutation = 4 * 2**half
-        steps = math.ceil(per_nutation * end / period)
-        tolerance = 1e-3 * 10**-half
+        steps = math.ceil(4 * 2 ** (level / 2) * end / period)
+        tolerance = 1e-3 * 10 ** (-level / 2)
         begun = time.process_time()
         axis, evaluations = follow(method, steps, tolerance, end)
-        elapsed = time.process_time() - begun
-        seconds = max(elapsed, 1e-9)
+        seconds = max(time.process_time() - begun, 1e-9)
         error = float(np.linalg.norm(axis - true))
         rows.append(
             {
@@ -98,8 +86,7 @@ def measure_curve(method: str, turns: int, budget: int) -> list[dict[str, Any]]:
                 "error": error,
             }
         )
-        per_turn = error / turns
-        smallest = min(per_turn, tolerance)
+        smallest = min(error / turns, tolerance)
         if smallest < ROUNDING or 1.5 * evaluations > budget:
             break
     return rows
@@ -121,10 +108,9 @@ def title(curves: pd.DataFrame) -> str:
         f"{method} {fitted_order(curve):.2f} ({NOMINAL[method]})"
         for method, curve in short.groupby("method", sort=False)
     ]
-    fitted = f"Fitted order (nominal): {', '.join(orders)}"
-    head = f"The fastest for an error below {AIM:g}:"
+    head = f"Fitted order (nominal): {', '.join(orders)}"
     fastest = cheapest(curves, curves["error"] < AIM)
-    return "\n".join([fitted, head, *fastest])
+    return "\n".join([head, f"The fastest for an error below {AIM:g}:", *fastest])
 
 
 def reference(turns: int) -> tuple[float, Floats]:
@@ -132,29 +118,23 @@ def reference(turns: int) -> tuple[float, Floats]:
 
     There it moves fastest, after about `turns` turns about the vertical.
     """
-    nod = nutation(TOP, SPIN)
-    rate = float(mean_precession_rate(TOP, SPIN))
-    period = nod.period
-    per_nutation = rate * period
-    nutations = round(2 * math.pi * turns / per_nutation)
-    halves = 2 * nutations + 1
-    end = halves * period / 2
+    nod = motion.nutation(TOP, SPIN)
+    rate = float(motion.mean_precession_rate(TOP, SPIN, 0.0))
+    halves = 2 * round(2 * math.pi * turns / (rate * nod.period)) + 1
+    end = halves * nod.period / 2
     azimuth = rate * end
-    sag = nod.greatest_sag
-    level = math.cos(sag)
-    x = level * math.cos(azimuth)
-    y = level * math.sin(azimuth)
-    return end, np.array([x, y, -math.sin(sag)])
+    level = math.cos(nod.greatest_sag)
+    down = -math.sin(nod.greatest_sag)
+    return end, np.array([level * math.cos(azimuth), level * math.sin(azimuth), down])
 
 
 def follow(method: str, steps: int, tolerance: float, end: float) -> tuple[Floats, int]:
     """Integrate the motion; return e3 at the end and the number of evaluations."""
     if method in ADAPTIVE:
-        path, evaluations = integrate(
+        path, evaluations = motion.integrate(
             TOP, START, [end], method=method, rtol=tolerance, atol=tolerance
         )
         return path.axis[0], evaluations
     name = method.removeprefix("splitting ")
-    kicks = METHODS[name][1]
-    state = split(TOP, START, end, steps, name)
-    return state.axis, steps * len(kicks)
+    kicks = motion.METHODS[name][1]
+    return motion.split(TOP, START, end, steps, name).axis, steps * len(kicks)

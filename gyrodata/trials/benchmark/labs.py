@@ -43,16 +43,13 @@ class LabScene(Struct, frozen=True):
         random = np.random.default_rng([seed, 1])
         truth = self.truth
         if truth.imbalance is None:
-            mass = min(self.design.masses)
-            position = min(self.design.positions)
-            lightest = mass * position * truth.g
+            lightest = min(self.design.masses) * min(self.design.positions) * truth.g
             residual = self.imbalance * lightest * random.standard_normal()
             truth = replace(truth, imbalance=residual)
         log = simulate(truth, self.design, {**TYPICAL, **self.noise}, seed).log
         for key, text in self.stated.items():
             before, line, after = log.partition(f"# {key}: ")
-            _, end, rest = after.partition("\n")
-            log = before + line + text + end + rest
+            log = before + line + text + after[after.index("\n") :]
         if random.random() < self.miscounted:
             # The last two cells of a run are its turns and its number.
             run = random.integers(1, log.count(",1,"))
@@ -83,16 +80,15 @@ def scene_of(log: FittedLog) -> LabScene:
     """Return the lab of a log: its runs, its fitted values, its stated u."""
     measured = log.measurements
     # A weight with the same torque, also if the log contains forces or torques.
-    torque = measured.torque
-    position = np.copysign(POSITION, torque)
-    force = torque / position
-    mass = force / measured.g
+    position = np.copysign(POSITION, measured.torque)
+    mass = measured.torque / position / measured.g
     columns = np.array([mass, position, measured.pitch, measured.spin, measured.turns])
     noise = {
         key: u for key, u in log.readings.uncertainties.items() if key in NOISE_KEYS
     }
-    fit = log.fit
-    truth = Truth(inertia=fit.inertia.value, imbalance=fit.residual_torque.value)
+    truth = Truth(
+        inertia=log.fit.inertia.value, imbalance=log.fit.residual_torque.value
+    )
     design = Design(runs=columns.T.tolist())
     push = (0.0, 0.0) if measured.motion == "released" else (0.0, 1.0)
     return LabScene("your log", design, noise, push=push, truth=truth)
@@ -122,13 +118,11 @@ def lab_of(measured: Measurements) -> dict[str, Any]:
     late = measured.product / measured.time * measured.timing_bias_u
     times = covariance(measured, measured.time, "time")
     product = covariance(measured, measured.product, "time", "spin", "turns")
-    variances = np.diag(times)
-    errors = {
-        "time_u": np.sqrt(variances),
+    return points_of(measured) | {
+        "time_u": np.sqrt(np.diag(times)),
         "product_cov": product + np.outer(late, late),
         "torque_cov": covariance(measured, measured.torque, "mass", "position", "g"),
     }
-    return points_of(measured) | errors
 
 
 def covariance(measured: Measurements, whole: Floats, *factors: str) -> Floats:
@@ -136,15 +130,11 @@ def covariance(measured: Measurements, whole: Floats, *factors: str) -> Floats:
 
     `whole` is the product in each run, shape (n,).
     """
-    count = len(whole)
-    total = np.zeros((count, count))
+    total = np.zeros((len(whole), len(whole)))
     for source in measured.sources:
         if source.quantity in factors:
-            groups = source.groups
-            has_error = groups >= 0
-            values = getattr(measured, source.quantity)
-            relative_u = source.absolute / values + source.relative
-            spread = whole * relative_u * has_error
-            is_shared = np.equal.outer(groups, groups)
-            total += np.outer(spread, spread) * is_shared
+            size = source.absolute / getattr(measured, source.quantity)
+            spread = whole * (size + source.relative) * (source.groups >= 0)
+            same = np.equal.outer(source.groups, source.groups)
+            total += np.outer(spread, spread) * same
     return total

@@ -16,17 +16,17 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import physics
 from gyrodata.analysis import check_fit, fit_log
 from gyrodata.base.errors import InputError
 from gyrodata.judging import changes
-from gyrodata.physics import greatest_sag
-from gyrodata.physics.models import STEEP, ModelName
+from gyrodata.physics import models
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import read_log
 from gyrodata.results import Options
-from gyrodata.trials.benchmark.fits import Answer, answer, timed_answers
+from gyrodata.trials.benchmark import fits, motions
+from gyrodata.trials.benchmark.fits import Answer
 from gyrodata.trials.benchmark.labs import LabScene, measured_lab, points_of
-from gyrodata.trials.benchmark.motions import CLOSER, Rods, at_rpm, full_motion, rods_of
 from gyrodata.trials.benchmark.programs import LINE, PROGRAMS
 from gyrodata.trials.simulation import (
     Design,
@@ -122,23 +122,20 @@ def fit_labs(
     rows: list[dict[str, Any]] = []
     for seed in seeds[:most]:
         log = scene.draw(seed)
-        points = points_of(measured_lab(log))
         tasks: dict[str, Callable[[], Any]] = {
-            LINE: partial(PROGRAMS[LINE], points),
+            LINE: partial(PROGRAMS[LINE], points_of(measured_lab(log))),
             GYRO: partial(fit_and_check, log),
         }
-        rows += timed_answers(tasks, scene.truth.inertia, x=x, y=y)
+        rows += fits.timed_answers(tasks, scene.truth.inertia, x=x, y=y)
     return rows
 
 
 def fit_and_check(log: str) -> Answer:
     """Fit a log as gyro does; it reacts by a warning, or asks no questions."""
-    readings = read_log(log.encode())
-    log_fit = fit_log(readings, Options())
-    fitted = check_fit(log_fit)
+    fitted = check_fit(fit_log(read_log(log.encode()), Options()))
     warned = any(item.severity == "warning" for item in fitted.diagnostics)
     is_long = len(fitted.measurements.runs) > changes.MOST_RUNS
-    return answer(fitted.fit.inertia, warned or is_long)
+    return fits.answer(fitted.fit.inertia, warned or is_long)
 
 
 # --- tilted rods, by the equations of motion ---
@@ -152,41 +149,38 @@ def fit_tilted(
     Eq. (9) "reacts" if a rod touches the cup, which neither method knows.
     """
     truth = Truth(motion=start)
-    design = at_rpm(0.95 * rpm, rpm, 1.05 * rpm, degrees=degrees)
+    design = motions.at_rpm(0.95 * rpm, rpm, 1.05 * rpm, degrees=degrees)
     touches = False
     # Without steady precession the log is empty, and every method refuses it.
     log = ""
     with suppress(InputError):
         runs = happen(truth, design)
-        rods = rods_of(truth, runs, push=float(start == "steady"))
+        rods = motions.rods_of(truth, runs, push=float(start == "steady"))
         # The time that the rod really needs for one turn.
-        azimuth = full_motion(rods, CLOSER)
-        time = runs.time * 2 * np.pi / azimuth
+        time = runs.time * 2 * np.pi / motions.full_motion(rods, motions.CLOSER)
         log = write_log(truth, replace(runs, time=time), degrees)
         touches = start == "released" and sags_into_cup(rods)
     tasks = {
         LEVEL: partial(fit_by, "horizontal", log, touches),
         GYRO: partial(fit_by, "auto", log),
     }
-    return timed_answers(tasks, truth.inertia, x=rpm, y=degrees)
+    return fits.timed_answers(tasks, truth.inertia, x=rpm, y=degrees)
 
 
-def sags_into_cup(rods: Rods) -> bool:
+def sags_into_cup(rods: motions.Rods) -> bool:
     """Return whether a rod that is released touches the cup."""
     top = rods.top
-    sag = greatest_sag(
+    sag = physics.greatest_sag(
         top.torque, rods.spin, top.inertia, top.transverse_inertia, rods.pitch
     )
-    greatest = float(sag.max())
-    return greatest > STEEP
+    return bool(sag.max() > models.STEEP)
 
 
-def fit_by(model: ModelName, log: str, touches: bool = False) -> Answer:
+def fit_by(model: models.ModelName, log: str, touches: bool = False) -> Answer:
     """Fit a log by a model; the reaction is that gyro does not use eq. (9)."""
     fitted = fit_log(read_log(log.encode()), Options(model=model))
-    name = fitted.model.name
-    other = name != "horizontal"
-    return answer(fitted.fit.inertia, touches or other)
+    other = fitted.model.name != "horizontal"
+    return fits.answer(fitted.fit.inertia, touches or other)
 
 
 def write_log(truth: Truth, runs: Runs, degrees: float) -> str:

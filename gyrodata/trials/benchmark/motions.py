@@ -24,12 +24,9 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import fitting
-from gyrodata.fitting import AS_STATED, relative_u
-from gyrodata.judging.changes import DROP_ALL
-from gyrodata.physics import RPM, Floats, motion, precession_rate
-from gyrodata.physics.models import PART_RELEASED
-from gyrodata.physics.motion import Top, mean_precession_rate, vector_rates
+from gyrodata import fitting, physics
+from gyrodata.judging import changes
+from gyrodata.physics import RPM, Floats, models, motion
 from gyrodata.quantities.error_sources import DECAY_SPREAD, DECAY_TIME
 from gyrodata.trials.benchmark.fits import cheapest
 from gyrodata.trials.benchmark.labs import LabScene, measured_lab
@@ -73,7 +70,7 @@ SCENES = (
 class Rods(Struct, frozen=True):
     """What is known of n runs of about one turn; arrays of shape (n,)."""
 
-    top: Top
+    top: motion.Top
     spin: Floats
     """At the midpoint [rad/s]."""
     pitch: Floats
@@ -90,7 +87,7 @@ def rods_of(
     truth: Truth, runs: Runs, push: Floats | float, decay: Floats | float = math.inf
 ) -> Rods:
     """Return the rods of simulated runs."""
-    top = Top(truth.inertia, runs.transverse_inertia, runs.torque)
+    top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
     return Rods(top, runs.spin, runs.pitch, runs.time, push, decay)
 
 
@@ -102,8 +99,7 @@ def draw_labs(scene: LabScene, runs: Runs, count: int, seed: int) -> tuple[Rods,
     Return the truth, and what users know and assume.
     """
     random = np.random.default_rng(seed)
-    distance = np.abs(runs.position)
-    columns = np.array([runs.mass, distance, runs.pitch, runs.spin])
+    columns = np.array([runs.mass, np.abs(runs.position), runs.pitch, runs.spin])
     loaded = columns[:, runs.mass > 0]
     mass, position, pitch, spin = np.tile(loaded, count)
     # The phase of the nutation at the end of a run is random.
@@ -111,15 +107,13 @@ def draw_labs(scene: LabScene, runs: Runs, count: int, seed: int) -> tuple[Rods,
     pitch = pitch + random.uniform(-OFF_TILT, OFF_TILT, spin.shape)
     pushes = random.uniform(*scene.push, spin.shape)
     decay = DECAY_TIME * np.exp(DECAY_SPREAD * random.standard_normal(count))
-    turns = np.ones(len(spin))
-    settings = np.array([mass, position, pitch, spin, turns]).T
+    settings = np.array([mass, position, pitch, spin, np.ones(len(spin))]).T
     truth = Truth(scene.truth.inertia)
-    turned = happen(truth, Design(runs=settings.tolist()))
-    decays = np.repeat(decay, loaded.shape[1])
-    rods = rods_of(truth, turned, pushes, decays)
+    turns = happen(truth, Design(runs=settings.tolist()))
+    rods = rods_of(truth, turns, pushes, np.repeat(decay, loaded.shape[1]))
     read = pitch + PITCH_U * random.standard_normal(spin.shape)
     # A log says if nobody pushed; the size of a push is unknown.
-    push = PART_RELEASED if any(scene.push) else 0.0
+    push = models.PART_RELEASED if any(scene.push) else 0.0
     return rods, replace(rods, pitch=read, push=push, decay=DECAY_TIME)
 
 
@@ -128,45 +122,39 @@ def draw_labs(scene: LabScene, runs: Runs, count: int, seed: int) -> tuple[Rods,
 
 def level(rods: Rods) -> Any:
     """Use eq. (9), which does not know the pitch."""
-    top = rods.top
-    return rods.time * top.torque / (top.inertia * rods.spin)
+    return rods.time * rods.top.torque / (rods.top.inertia * rods.spin)
 
 
 def tilted(rods: Rods) -> Any:
     """Use eq. (8)."""
     top = rods.top
-    across = top.transverse_inertia
-    rate = precession_rate(top.torque, rods.spin, top.inertia, across, rods.pitch)
-    return rods.time * rate
+    return rods.time * physics.precession_rate(
+        top.torque, rods.spin, top.inertia, top.transverse_inertia, rods.pitch
+    )
 
 
 def release(rods: Rods, part: float = 1.0) -> Any:
     """Use a part of the effect of a release from rest on the mean rate."""
     steady = tilted(rods)
-    mean_rate = mean_precession_rate(rods.top, rods.spin, rods.pitch)
-    released = rods.time * mean_rate
-    effect = steady / released - 1
-    return steady / (1 + part * effect)
+    mean = rods.time * motion.mean_precession_rate(rods.top, rods.spin, rods.pitch)
+    return steady / (1 + part * (steady / mean - 1))
 
 
 def full_motion(rods: Rods, tolerance: float = TOLERANCE) -> Any:
     """Integrate eqs. (7) as vectors, with push and drag."""
     from scipy.integrate import solve_ivp
 
-    top = rods.top
-    rise = np.exp(rods.time / rods.decay / 2)
-    first = rods.spin * rise
-    start = motion.released(top, first, rods.pitch)
+    first = rods.spin * np.exp(rods.time / rods.decay / 2)
+    start = motion.released(rods.top, first, rods.pitch)
     rows = np.concatenate([start.axis.T, start.momentum.T])
     # A rod without a push need not be able to precess steadily.
     if np.any(rods.push):
-        steady = motion.steady(top, first, rods.pitch)
-        of_precession = steady.momentum - start.momentum
-        rows[3:] += np.multiply(rods.push, of_precession.T)
+        steady = motion.steady(rods.top, first, rods.pitch)
+        rows[3:] += np.multiply(rods.push, (steady.momentum - start.momentum).T)
     # All rods together, each in parts of its own time.
-    drag = top.inertia / rods.decay
-    rates = vector_rates(top, drag, rods.time)
-    solution = solve_ivp(
+    drag = rods.top.inertia / rods.decay
+    rates = motion.vector_rates(rods.top, drag, rods.time)
+    done = solve_ivp(
         lambda _, row: np.ravel(rates(*row.reshape(rows.shape))),
         (0, 1),
         rows.ravel(),
@@ -174,18 +162,16 @@ def full_motion(rods: Rods, tolerance: float = TOLERANCE) -> Any:
         rtol=tolerance,
         atol=1e-3 * tolerance,
     )
-    end = solution.y[:, -1]
-    x, y, *_ = end.reshape(rows.shape)
+    x, y, *_ = done.y[:, -1].reshape(rows.shape)
     # Add whole turns: the azimuth is near one turn.
-    bearing = np.arctan2(y, x)
-    return np.pi + np.mod(bearing - np.pi, 2 * np.pi)
+    return np.pi + np.mod(np.arctan2(y, x) - np.pi, 2 * np.pi)
 
 
 MODELS: Mapping[str, Callable[[Rods], Any]] = {
     "eq. (9)": level,
     "eq. (8)": tilted,
     "released from rest": release,
-    "half of a release": partial(release, part=PART_RELEASED),
+    "half of a release": partial(release, part=models.PART_RELEASED),
     FULL: full_motion,
     KNOWN: full_motion,
 }
@@ -202,14 +188,13 @@ def compare(scene: LabScene, labs: int, seed: int) -> list[dict[str, Any]]:
     """
     noise = {**TYPICAL, **scene.noise}
     lab = simulate(scene.truth, scene.design, noise, seed=None)
-    runs = lab.runs
-    is_tilted = bool(runs.pitch.any())
-    fit = fitting.fit(measured_lab(lab.log), AS_STATED, tilted=is_tilted)
-    u = relative_u(fit.inertia)
-    response = fit.response[runs.mass > 0]
-    rpm = runs.spin / RPM
-    true, known = draw_labs(scene, runs, labs, seed)
-    _, timed = draw_labs(scene, runs, 1, seed)
+    is_tilted = bool(lab.runs.pitch.any())
+    fit = fitting.fit(measured_lab(lab.log), fitting.AS_STATED, tilted=is_tilted)
+    u = fitting.relative_u(fit.inertia)
+    response = fit.response[lab.runs.mass > 0]
+    rpm = lab.runs.spin / RPM
+    true, known = draw_labs(scene, lab.runs, labs, seed)
+    _, timed = draw_labs(scene, lab.runs, 1, seed)
     azimuth = full_motion(true, CLOSER)
     rows = []
     for method, model in MODELS.items():
@@ -217,11 +202,8 @@ def compare(scene: LabScene, labs: int, seed: int) -> list[dict[str, Any]]:
         # Other work only makes a call longer.
         timer = timeit.Timer(partial(model, timed), timer=time.process_time)
         seconds = min(timer.repeat(REPEATS, number=1))
-        ratios = predicted / azimuth
-        errors = (ratios - 1).reshape(labs, -1) @ response
-        relative = errors / u
-        sizes = np.abs(relative)
-        low, middle, high = np.quantile(sizes, [0.25, 0.5, 0.75]).tolist()
+        errors = (predicted / azimuth - 1).reshape(labs, -1) @ response
+        low, middle, high = np.quantile(np.abs(errors) / u, [0.25, 0.5, 0.75]).tolist()
         rows.append(
             {
                 "scene": f"{scene.title}, {rpm.min():.0f} to {rpm.max():.0f} rpm",
@@ -242,7 +224,7 @@ def title(points: pd.DataFrame) -> str:
     The error is harmless in three of four labs. A model that knows what no user knows
     does not count.
     """
-    is_harmless = points["error_high"] < DROP_ALL
+    is_harmless = points["error_high"] < changes.DROP_ALL
     is_usable = points["method"] != KNOWN
     head = (
         "The cheapest model whose error is harmless in 3 of 4 labs (bar below the line)"

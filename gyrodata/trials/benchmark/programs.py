@@ -50,8 +50,7 @@ def interval(value: Any, u: Any, free: int | None = None) -> Answer:
         from scipy.special import stdtrit
 
         factor = float(stdtrit(free, 0.975))
-    half_length = factor * u
-    return float(value), float(value - half_length), float(value + half_length)
+    return float(value), float(value - factor * u), float(value + factor * u)
 
 
 def mean_of_ratios(lab: Lab) -> Answer:
@@ -63,12 +62,10 @@ def mean_of_ratios(lab: Lab) -> Answer:
 
 def line_with_intercept(lab: Lab) -> Answer:
     """Fit M to φ̇ψ̇ by a straight line."""
-    torque = lab["torque"]
-    if not np.ptp(torque):
+    if not np.ptp(lab["torque"]):
         raise ValueError("a line needs different torques")
-    (slope, _), covariance = np.polyfit(product(lab), torque, 1, cov=True)
-    variance = covariance[0, 0]
-    return interval(slope, variance**0.5, len(torque) - 2)
+    (slope, _), covariance = np.polyfit(product(lab), lab["torque"], 1, cov=True)
+    return interval(slope, covariance[0, 0] ** 0.5, len(lab["torque"]) - 2)
 
 
 def curve_fit(lab: Lab) -> Answer:
@@ -121,15 +118,12 @@ def iminuit(lab: Lab) -> Answer:
     from iminuit import Minuit
 
     # Relative errors of φ̇ψ̇ and of M are relative errors of the time.
-    products = product(lab)
-    torque = lab["torque"]
-    times = lab["time"]
-    relative = lab["product_cov"] / np.outer(products, products)
-    relative += lab["torque_cov"] / np.outer(torque, torque)
-    inverse = np.linalg.inv(relative * np.outer(times, times))
+    relative = lab["product_cov"] / np.outer(product(lab), product(lab))
+    relative += lab["torque_cov"] / np.outer(lab["torque"], lab["torque"])
+    inverse = np.linalg.inv(relative * np.outer(lab["time"], lab["time"]))
 
     def chi_square(inertia: float, residual: float) -> float:
-        off = times - predicted_time(lab, inertia, residual)
+        off = lab["time"] - predicted_time(lab, inertia, residual)
         return float(off @ inverse @ off)
 
     minuit = Minuit(chi_square, *start(lab))

@@ -125,8 +125,8 @@ def list_jobs(
     for scene in (lab, *motions.SCENES[1:]):
         yield "motion", partial(motions.compare, scene, effort.labs, SEED)
     for kind in maps.KINDS:
-        every = slice(None, None, effort.every)
-        for y, x in itertools.product(kind.y[every], kind.x[every]):
+        cells = itertools.product(kind.y[:: effort.every], kind.x[:: effort.every])
+        for y, x in cells:
             yield kind.name, partial(kind.fit, x, y, seeds)
     for name in (*programs.installed(), fits.GYRO) * effort.processes:
         yield "process", partial(fits.process_cost, name, lab.draw(SEED))
@@ -189,10 +189,10 @@ def files(
 ) -> dict[str, bytes]:
     """Return the page, the pictures and the tables; `own` is the name of a log, or ""."""
     drawn = answers_of([partial(draw, name, tables) for name in PICTURES], workers)
-    contents = {f"{name}.png": png for name, png in zip(PICTURES, drawn, strict=True)}
+    data = {f"{name}.png": png for name, png in zip(PICTURES, drawn, strict=True)}
     for name, table in tables.items():
-        contents[f"{name}.csv"] = table.to_csv(index=False).encode()
-    return contents | {"benchmark.html": page(tables, own).encode()}
+        data[f"{name}.csv"] = table.to_csv(index=False).encode()
+    return data | {"benchmark.html": page(tables, own).encode()}
 
 
 def draw(name: str, tables: Mapping[str, pd.DataFrame]) -> bytes:

@@ -95,15 +95,13 @@ def put_errors(
         quantity, _, _ = key.partition("_")
         # The spins at the start and at the end are read with one tachometer.
         for role in [role for role in true if role.split("_")[0] == quantity]:
-            values = true[role]
-            drawn = np.full(len(values), of_log)
+            drawn = np.full(len(true[role]), of_log)
             if key not in _OF_WHOLE_LOG:
-                drawn = random.standard_normal(len(values))
+                drawn = random.standard_normal(len(true[role]))
             if key in ("mass", "position"):
-                _, groups = np.unique(values, return_inverse=True)
+                _, groups = np.unique(true[role], return_inverse=True)
                 drawn = drawn[groups]
-            size = u.absolute + u.relative * values
-            read[role] += size * drawn
+            read[role] += (u.absolute + u.relative * true[role]) * drawn
     return read
 
 

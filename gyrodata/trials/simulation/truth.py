@@ -19,8 +19,7 @@ from msgspec.structs import replace
 from gyrodata import physics
 from gyrodata.base.errors import InputError, insist_on_choice
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
-from gyrodata.physics import RPM, STANDARD_GRAVITY, Floats, precession_rate
-from gyrodata.physics.motion import Top, find_crossing, time_to_turn
+from gyrodata.physics import RPM, Floats, motion
 from gyrodata.readings import MAX_ROWS
 
 Motion = Literal["steady", "released"]
@@ -40,7 +39,7 @@ class Truth(Struct, frozen=True):
     0."""
     timing_bias: float | None = None
     """b, by which all times are too long [s]; None: drawn from ``u_time_bias``."""
-    g: float = STANDARD_GRAVITY
+    g: float = physics.STANDARD_GRAVITY
     """Gravitational acceleration [m/s^2]."""
     motion: Motion = "steady"
     """"steady": eq. (8); "released": the exact motion of a rod that is released from
@@ -137,9 +136,7 @@ def happen(truth: Truth, design: Design) -> Runs:
         raise InputError.named("simulated_without_torque")
     across = np.full(len(mass), truth.transverse_inertia)
     if truth.transverse_inertia is None:
-        of_ball = DEFAULT_TRANSVERSE_RATIO * truth.inertia
-        of_weight = mass * position**2
-        across = of_ball + of_weight
+        across = DEFAULT_TRANSVERSE_RATIO * truth.inertia + mass * position**2
     time = np.full(len(mass), math.inf)
     runs = Runs(mass, position, pitch, turns, spin, None, across, torque, time)
     return (
@@ -162,12 +159,11 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
     def rate(spin: Floats) -> Any:
         """Compute the rate at spins of the runs, shape (..., n)."""
-        return np.abs(precession_rate(runs.torque, spin, *body, runs.pitch))
+        return np.abs(physics.precession_rate(runs.torque, spin, *body, runs.pitch))
 
     angle = 2 * np.pi * runs.turns
     at_start = rate(runs.spin)
-    is_steady = np.isfinite(at_start)
-    if not is_steady.all():
+    if not np.isfinite(at_start).all():
         raise InputError.named("simulated_not_steady")
     constant = truth.decay_time
     longest = angle / at_start
@@ -176,16 +172,14 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
     def mean_rate(fall: Floats) -> Any:
         """Compute the mean rate while the spin falls by the factor e^−fall."""
-        spins = runs.spin * np.exp(-fall * _PLACES)
-        return _SHARES @ rate(spins)
+        return _SHARES @ rate(runs.spin * np.exp(-fall * _PLACES))
 
     # The precession becomes faster as the spin falls, so a run is never longer than at
     # the first rate.
-    time = find_crossing(
+    time = motion.find_crossing(
         lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest
     )
-    remaining = np.exp(-time / constant)
-    end = runs.spin * remaining
+    end = runs.spin * np.exp(-time / constant)
     # The rate is NaN if steady precession is impossible at the end.
     if not (rate(end) < np.abs(end)).all():
         raise InputError.named("simulated_spin_dies")
@@ -197,7 +191,8 @@ def _released(truth: Truth, runs: Runs) -> Runs:
 
     The stopwatch stops when the rod first completes its turns.
     """
-    top = Top(truth.inertia, runs.transverse_inertia, runs.torque)
-    angle = runs.sense * 2 * np.pi * runs.turns
-    time = time_to_turn(top, runs.spin, runs.pitch, angle)
+    top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+    time = motion.time_to_turn(
+        top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
+    )
     return replace(runs, time=time)

@@ -11,8 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError, insist_on_choice
-from gyrodata.physics import Floats
-from gyrodata.physics.motion import Top, spin_excess
+from gyrodata.physics import Floats, motion
 from gyrodata.quantities.units import DISPLAY, Uncertainty, from_si
 from gyrodata.readings import check_value, kind_of_role, u_keys
 from gyrodata.readings.lablog import header_of
@@ -97,10 +96,8 @@ def simulate(
     read = put_errors(true, errors, random)
     # A mark that is sighted too far along makes the time too long; whole turns end at
     # the mark where they began.
-    is_part = runs.turns % 1 != 0
-    sighted = np.where(is_part, read.pop("turns") / runs.turns, 1.0)
-    too_long = runs.time * (sighted - 1)
-    read["time"] = read["time"] + too_long + truth.timing_bias
+    sighted = np.where(runs.turns % 1 != 0, read.pop("turns") / runs.turns, 1.0)
+    read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
     _insist_on_possible(read)
     stated = _stated(truth, noise, runs, set(read))
     # Without errors, a reading is written with all its digits.
@@ -116,9 +113,8 @@ def _drawn(
     values: dict[str, float] = {}
     for name, key in (("imbalance", "u_imbalance"), ("timing_bias", "u_time_bias")):
         width = noise.get(key, Uncertainty()).absolute
-        error = width * float(random.standard_normal())
         # Zero, and not minus zero, without this noise.
-        drawn = error + 0.0
+        drawn = width * float(random.standard_normal()) + 0.0
         value = getattr(truth, name)
         values[name] = drawn if value is None else value
     return replace(truth, **values)
@@ -127,25 +123,22 @@ def _drawn(
 def true_readings(truth: Truth, runs: Runs) -> dict[str, Floats]:
     """Return the true value of everything that is read, by role."""
     is_released = truth.motion == "released"
-    is_unloaded = runs.mass == 0
     columns = {
-        "g": np.full_like(runs.time, truth.g),
-        "mass": np.where(is_unloaded, np.nan, runs.mass),
-        "position": np.where(is_unloaded, np.nan, runs.position),
+        "g": np.full(len(runs.time), truth.g),
+        "mass": np.where(runs.mass == 0, np.nan, runs.mass),
+        "position": np.where(runs.mass == 0, np.nan, runs.position),
         "time": runs.time,
         "turns": runs.turns,
     }
     spin = runs.spin
     if is_released:
         # The tachometer follows the rod.
-        top = Top(truth.inertia, runs.transverse_inertia, runs.torque)
-        excess = spin_excess(top, spin, runs.pitch)
-        spin = spin - excess
-    speed = np.abs(spin)
+        top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+        spin = spin - motion.spin_excess(top, spin, runs.pitch)
     if runs.spin_end is None:
-        columns["spin"] = speed
+        columns["spin"] = np.abs(spin)
     else:
-        columns["spin_start"] = speed
+        columns["spin_start"] = np.abs(spin)
         columns["spin_end"] = np.abs(runs.spin_end)
     if runs.pitch.any():
         columns["pitch"] = runs.pitch
@@ -177,8 +170,7 @@ def _stated(
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
     for role in {"pitch", "transverse_inertia"} - roles:
         del stated[f"u_{role}"]
-    parts = runs.turns % 1
-    if not parts.any():
+    if not (runs.turns % 1).any():
         del stated["u_turns"]
     if truth.decay_time is None:
         del stated["u_decay_exponent"]
@@ -210,8 +202,7 @@ def _log(
 ) -> str:
     """Write the log: ``#`` lines, a header and one line for each run."""
     g = cells.pop("g")[0]
-    unit = DISPLAY["acceleration"]
-    lines = [f"# {SIMULATED}: {summary}", f"# g: {g} {unit}"]
+    lines = [f"# {SIMULATED}: {summary}", f"# g: {g} {DISPLAY['acceleration']}"]
     for key, u in stated.items():
         lines.append(f"# {key}: {uncertainty_text(u, kind_of_role(key))}")
     lines.append(f"# motion: {truth.motion}")
@@ -264,14 +255,11 @@ def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
     """
     kind = kind_of_role(role)
     unit = DISPLAY[kind]
-    is_blank = np.isnan(values)
-    sizes = map(u.at, values[~is_blank].tolist())
-    smallest = from_si(min(sizes, default=0.0), unit, kind)
-    digits = None
-    if smallest > 0:
-        # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one
-        # is still true.
-        digits = -math.floor(math.log10(smallest / 3))
+    there = values[~np.isnan(values)].tolist()
+    spread = from_si(min(map(u.at, there), default=0.0), unit, kind)
+    # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is
+    # still true.
+    digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
     return [_rounded(from_si(value, unit, kind), digits) for value in values.tolist()]
 
 

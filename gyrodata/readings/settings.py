@@ -165,9 +165,12 @@ def read_settings(
         match = re.fullmatch(rf"(\w+)\s+({value})", comment.text)
         if match:
             _warn_of_remark(match[1], match[2], comment, faults)
+    remarks = lines.settings.metadata.items()
+    remarks_with_text = {key.lower() for key, text in remarks if text}
+    in_log = {*lines.texts, *(remarks_with_text & {COURSE})}
     for item in options:
         # The log itself knows its lab better than the file of the bench.
-        if item.key not in lines.texts or item.label.startswith("--set"):
+        if item.key not in in_log or item.label.startswith("--set"):
             _enter(lines.settings, item, True, faults)
     return lines.settings
 
@@ -190,8 +193,6 @@ class _Lines:
         elif known in roles.KEYS and not _is_remark(known, text.text):
             self.enter(known, text)
         elif known != "station" or not self.is_other(known, text):
-            if known == COURSE and text.text:
-                self.texts.setdefault(known, text)
             self.settings.metadata[key] = text.text
             is_short = len(key) <= 30 and len(self.settings.metadata) < 200
             if text.text and known not in roles.KEYS and is_short:

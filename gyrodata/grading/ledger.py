@@ -686,15 +686,31 @@ def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
         graded |= {key for key in names if desk.value(key, what) is not None}
     alone = (group for group in desk.settled if len(group) == 1)
     single = set[str]().union(*alone)
+    lenders = _lenders(class_grades.grades)
     for flag in class_grades.flags:
         students = set(flag.students) - single
-        settled = students <= graded or frozenset(flag.students) in desk.settled
+        settled = students <= graded or _is_decided(flag, desk, lenders)
         if not flag.previous:
             settled |= any(students <= {*group} for group in class_grades.groups)
         if not settled:
             words = f"flag: {flag.kind}"
             why = f"{words}: {flag.evidence}"
             yield Offer(flag.students[0], FLAG, "", why, words, flag)
+
+
+def _lenders(grades: Iterable[Grade]) -> dict[str, str]:
+    """Return whose log each student without an own log is graded on."""
+    return {grade.student: grade.log_of for grade in grades if grade.log_of}
+
+
+def _is_decided(flag: Flag, desk: Desk, lenders: Mapping[str, str]) -> bool:
+    """Return whether a line is about the students of a flag.
+
+    A student who was lent a log of this flag adds nothing to it.
+    """
+    students = frozenset(flag.students)
+    lent = {key for key in students if lenders.get(key) in students}
+    return students in desk.settled or students - lent in desk.settled
 
 
 def todo_csv(

@@ -234,7 +234,9 @@ function remove(line) {
 
 // The field of a value, as its kind needs it.
 function valueField(word, value) {
-  const label = make("label", {}, word.what === "regrade" ? "answer " : `${word.what} `);
+  const criterion = data.criteria.find(one => one.what === word.what);
+  const name = word.what === "regrade" ? "answer" : criterion?.title ?? word.what;
+  const label = make("label", {}, `${name} `);
   let field = null;
   if (word.kind === "text") {
     field = make("textarea", {rows: 2});
@@ -298,6 +300,9 @@ function flagForm(offer) {
   const verdicts = data.verdicts.filter(verdict => !(isAlone && ["partners", "copied"].includes(verdict)));
   const buttons = verdicts.map(verdict =>
     makeButton(verdict, () => decide(offer.people, "flag", verdict, why.value.trim())));
+  why.addEventListener("keydown", event => {
+    if (event.key === "Enter") tell(`Press one of the buttons: ${verdicts.join(", ")}.`);
+  });
   return make("p", {class: "decision"}, make("label", {}, "why ", why), ...buttons);
 }
 
@@ -471,7 +476,8 @@ function onKey(event) {
     // The same Enter does not send the form of the question.
     event.preventDefault();
     tell("");
-    questionField().focus();
+    if (openOffers(current).length) questionField().focus();
+    else goOpen();
   }
   if (isTyping || event.ctrlKey || event.metaKey || event.altKey || !current) return;
   const acts = {n: () => go(1), p: () => go(-1), o: goOpen};

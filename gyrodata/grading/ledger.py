@@ -97,6 +97,7 @@ STALE = (
     "resubmitted since"  # first words if a line was written for an earlier submission
 )
 UNGRADED = "no grade:"
+_TO_GIVE = "points to give:"
 _SEVERAL = tuple(word.what for word in WORDS if word.is_several)
 SETTLING = (
     "total",
@@ -252,7 +253,8 @@ def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     for mark in grade.marks:
         if decision := decisions.get(mark.criterion):
             points = _points_in(decision)
-            reason = f"given by hand: {decision.told}".removesuffix(": ")
+            colon = ":" if decision.why else ""
+            reason = f"given by hand{colon} {decision.told}".rstrip()
             mark = replace(mark, points=points, reason=reason, detail={}, rule="")
         marks.append(mark)
     late = decisions.get("late")
@@ -262,8 +264,8 @@ def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     if late is not None:
         looks = tuple(look for look in grade.look if look != grade.late_reason)
         deduction = read_number(late.value) or 0.0
-        reason = "late, as decided by hand"
-        grade = replace(grade, look=looks, late_deduction=deduction, late_reason=reason)
+        # The decision is shown with its reason, in the place of what the rule says.
+        grade = replace(grade, look=looks, late_deduction=deduction, late_reason="")
     return added_up(grade)
 
 
@@ -583,9 +585,15 @@ class Offer(Struct, frozen=True):
         return not (
             self.flag
             or self.what == REGRADE
+            or self.gives_points
             or self.reason.startswith(UNGRADED)
             or self.why.startswith(STALE)
         )
+
+    @property
+    def gives_points(self) -> bool:
+        """Return whether it asks for points that gyro cannot give."""
+        return self.reason.startswith(_TO_GIVE)
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -665,7 +673,7 @@ def _open_marks(grade: Grade) -> Iterator[Offer]:
     """Offer the points of each criterion that wait for a person."""
     for mark in grade.marks:
         if mark.waits:
-            reason = f"points to give: {mark.title}"
+            reason = f"{_TO_GIVE} {mark.title}"
             yield Offer(grade.student, mark.criterion, "", mark.reason, reason)
 
 
@@ -678,15 +686,31 @@ def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
         graded |= {key for key in names if desk.value(key, what) is not None}
     alone = (group for group in desk.settled if len(group) == 1)
     single = set[str]().union(*alone)
+    lenders = _lenders(class_grades.grades)
     for flag in class_grades.flags:
         students = set(flag.students) - single
-        settled = students <= graded or frozenset(flag.students) in desk.settled
+        settled = students <= graded or _is_decided(flag, desk, lenders)
         if not flag.previous:
             settled |= any(students <= {*group} for group in class_grades.groups)
         if not settled:
             words = f"flag: {flag.kind}"
             why = f"{words}: {flag.evidence}"
             yield Offer(flag.students[0], FLAG, "", why, words, flag)
+
+
+def _lenders(grades: Iterable[Grade]) -> dict[str, str]:
+    """Return whose log each student without an own log is graded on."""
+    return {grade.student: grade.log_of for grade in grades if grade.log_of}
+
+
+def _is_decided(flag: Flag, desk: Desk, lenders: Mapping[str, str]) -> bool:
+    """Return whether a line is about the students of a flag.
+
+    A student who was lent a log of this flag adds nothing to it.
+    """
+    students = frozenset(flag.students)
+    lent = {key for key in students if lenders.get(key) in students}
+    return students in desk.settled or students - lent in desk.settled
 
 
 def todo_csv(

@@ -184,7 +184,7 @@ def write_feedback(class_grades: ClassGrades, folder: Path) -> list[str]:
             texts = zip(pages, feedback_pages(grade).values(), strict=True)
             kept += _write_pages(folder, dict(texts), archived)
     for page in archived.keys() - digests.keys():
-        kept += _keep(folder, page, "is of nobody in this class: it")
+        kept += _keep(folder, page, "belongs to no submission that is here now: it")
         (folder / FEEDBACK / page).unlink(missing_ok=True)
     if digests != {page: comment for page, (_, comment) in archived.items()}:
         _write_archive(folder, digests)

@@ -107,7 +107,7 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
 class Lateness(Struct, frozen=True):
     """The result of the rule for one submission."""
 
-    seconds: float | None  # 0 if in time; None if unknown
+    seconds: float | None  # 0 if in time; None if nothing says a time
     deduct: float  # [points]
     reason: str  # in words; "" if in time
     look: bool  # True if a person must decide
@@ -129,7 +129,7 @@ def judge_lateness(
         return Lateness(submission.late_seconds, 0.0, words, False)
     seconds = _seconds_late(submission, rule, exception)
     if seconds is None:
-        return _lateness_without_time(rule, exception, whole)
+        return _lateness_without_time(rule, exception, submission, whole)
     words = duration_text(seconds)
     if seconds <= seconds_of(rule.grace):
         why = f"{words} after the deadline, within the grace time"
@@ -150,9 +150,14 @@ def _lateness_without_rule(submission: Submission) -> Lateness:
 
 
 def _lateness_without_time(
-    rule: LateRule, exception: LateException | None, whole: float
+    rule: LateRule,
+    exception: LateException | None,
+    submission: Submission,
+    whole: float,
 ) -> Lateness:
-    """Return the lateness of a submission that is marked late, and nothing else."""
+    """Return the lateness of a submission without a time, which may be marked late."""
+    if not submission.late:
+        return Lateness(None, 0.0, "", False)
     if rule.marked is None or exception is not None:
         why = "marked late, but nothing says by how much"
         return Lateness(None, 0.0, why, True)
@@ -189,7 +194,7 @@ def _seconds_late(
     counts = not (submission.late and own_due)
     if submission.late_seconds is not None and counts:
         return submission.late_seconds - extra
-    return None if submission.late else 0.0
+    return None
 
 
 def _seconds_between(due: dt.datetime | None, submitted: str | None) -> float | None:

@@ -7,6 +7,7 @@ Students should check this before they leave the lab.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
@@ -52,7 +53,8 @@ def what_lacks(
 
     Without a fit, only those that need none.
     """
-    findings = list(_weights_and_spins(readings, measured))
+    left_out = lab.left_out if lab else ()
+    findings = list(_weights_and_spins(readings, measured, left_out))
     if lab and "G454" in asked:
         findings += _unloaded(readings, lab)
     findings += _times_and_falls(readings, measured)
@@ -60,9 +62,13 @@ def what_lacks(
 
 
 def _weights_and_spins(
-    readings: Readings, measured: Measurements
+    readings: Readings, measured: Measurements, left_out: Collection[int]
 ) -> Iterator[Diagnostic]:
-    """Ask for three weights, and for three spins of each that are far enough apart."""
+    """Ask for three weights, and for three spins of each that are far enough apart.
+
+    A weight of which all runs are left out is perhaps misread: more runs with it are
+    not needed.
+    """
     groups = measured.by_weight
     if len(groups) < 3:
         torques = " and ".join(
@@ -73,7 +79,8 @@ def _weights_and_spins(
     for group in groups:
         spins = np.sort(measured.spin[group])
         lacking = 3 - len(group)
-        if lacking <= 0 and spins[-1] >= SPREAD * spins[0]:
+        is_doubted = {*group} <= {*left_out}
+        if is_doubted or (lacking <= 0 and spins[-1] >= SPREAD * spins[0]):
             continue
         name = load_words(measured, group[0])
         place = readings.place(max(group))
@@ -113,6 +120,9 @@ def _with_unloaded_run(readings: Readings, lab: changes.Lab) -> str:
     if SENSE not in readings.columns:
         for cells, text in zip(rows, (SENSE, "ccw", "ccw"), strict=False):
             cells.append(text)
+    elif rows:
+        at = rows[0].index(readings.columns[SENSE].header)
+        rows[-1][at] = "ccw"
     return "\n".join([mark.join(cells) for cells in rows])
 
 
@@ -151,11 +161,14 @@ def rows_to_add(
     there = {"position", *[column.role for column in columns.values()]}
     if missing_roles(there, there, loaded=True) or len(first) != len({*headers}):
         return mark, []
+    has_commas = mark != "," and re.search(r"[0-9],[0-9]", mark.join(first))
+    decimal_mark = "," if has_commas else "."
     rows = [headers, first]
     for run in runs:
         cells = dict.fromkeys(headers, "")
         for header, column in columns.items():
-            cells[header] = _cell_text(column, values[header][run])
+            text = _cell_text(column, values[header][run])
+            cells[header] = text.replace(".", decimal_mark)
         rows.append([*cells.values()])
     return mark, rows
 

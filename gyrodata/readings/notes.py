@@ -30,6 +30,7 @@ from gyrodata.readings.names import (
     from_centre,
     name_roles,
     origin_in,
+    reported_key,
     squeeze,
     without_weight,
 )
@@ -276,7 +277,13 @@ def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
 
 
 def _is_understood(note: str) -> bool:
-    """Return whether other rules read a note, or it says that readings are corrected."""
+    """Return whether other rules read a note, or it says that readings are corrected.
+
+    A sentence such as "I_zz = (4.40 ± 0.05)e-3 kg m^2" is the answer.
+    """
+    words = re.findall(r"\w{2,}", note)
+    if any(reported_key(word) == "inertia" for word in words):
+        return True
     is_place = from_centre(note) or noted_origin(note) != ""
     return is_place or turns_in(note) != "" or CORRECTED.is_in(note)
 

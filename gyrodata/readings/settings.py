@@ -80,6 +80,9 @@ class Settings(Struct):
 
 # Options
 
+COURSE = "course"
+"""The remark of a log that a file of settings may contain too: the report shows it."""
+
 
 def read_options(
     settings: Mapping[str, str],
@@ -94,7 +97,7 @@ def read_options(
     for key, text in settings.items():
         options.append(Setting(key.strip(), text.strip(), f"--set {key}", None))
     faults = Faults("")
-    keys = [key for key in roles.KEYS if key not in roles.TEXTS]
+    keys = [key for key in roles.KEYS if key not in roles.TEXTS] + [COURSE]
     for item in options:
         if item.key not in keys:
             hint = _did_you_mean(item.key, keys)
@@ -114,13 +117,17 @@ def _read_config(path: str | os.PathLike[str]) -> list[Setting]:
     try:
         with Path(path).open("rb") as file:
             text = file.read(1_000_000).decode("utf-8-sig")
-        table = msgspec.toml.decode(text, type=dict[str, str | int | float])
+        table = msgspec.toml.decode(text, type=dict[str, str | int | float | bool])
     except (OSError, ValueError, RecursionError) as error:
         why = getattr(error, "strerror", None) or error
         raise Faults("").refuse("config", path=str(path), why=why) from None
     name = Path(path).name
-    pairs = table.items()
-    return [Setting(key, str(value), f"{name}: {key}", None) for key, value in pairs]
+    words = {True: "yes", False: "no"}
+    options = []
+    for key, value in table.items():
+        written = words[value] if isinstance(value, bool) else str(value)
+        options.append(Setting(key, written, f"{name}: {key}", None))
+    return options
 
 
 def _did_you_mean(name: str, known: list[str]) -> str:
@@ -158,9 +165,12 @@ def read_settings(
         match = re.fullmatch(rf"(\w+)\s+({value})", comment.text)
         if match:
             _warn_of_remark(match[1], match[2], comment, faults)
+    remarks = lines.settings.metadata.items()
+    remarks_with_text = {key.lower() for key, text in remarks if text}
+    in_log = {*lines.texts, *(remarks_with_text & {COURSE})}
     for item in options:
         # The log itself knows its lab better than the file of the bench.
-        if item.key not in lines.texts or item.label.startswith("--set"):
+        if item.key not in in_log or item.label.startswith("--set"):
             _enter(lines.settings, item, True, faults)
     return lines.settings
 
@@ -314,7 +324,9 @@ def _read_value(settings: Settings, item: Setting, ask: bool, faults: Faults) ->
     key = item.key
     text = item.text.strip()
     line = vocabulary.LINES.get(key, {})
-    if key == "spin_down":
+    if key == COURSE:
+        settings.metadata[key] = text
+    elif key == "spin_down":
         # Several lines are several falls.
         parts = filter(None, map(str.strip, text.split(";")))
         falls = [_read_several(key, part) for part in parts]

@@ -10,6 +10,8 @@ import os
 import re
 import sys
 import zlib
+from collections import defaultdict
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -172,8 +174,13 @@ def _read_file(path: Path, name: str | None) -> tuple[str, bytes]:
 
 
 def _no_file(path: Path, shown: str) -> Exception:
-    names = sorted(entry.name for entry in path.parent.glob("*"))
-    close = difflib.get_close_matches(path.name, names[:2000], n=3)
+    names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
+    # An ending such as .csv, which most names share, does not make two names similar.
+    by_stem = defaultdict(list)
+    for other in names:
+        by_stem[Path(other).stem.lower()].append(other)
+    near = difflib.get_close_matches(path.stem.lower(), by_stem, n=3)
+    close = list(chain.from_iterable(by_stem[stem] for stem in near))
     name = "file_misspelt" if close else "file_not_found"
     return Faults(shown).refuse(name, path=str(path), names=listing(close))
 

@@ -104,3 +104,56 @@ def test_a_file_whose_name_begins_with_a_minus_can_be_named(
     refused = run(*line[1:])
     assert "for a file whose name begins with -: ./-lead.csv" in refused.stderr
     assert run("analyze", "./-lead.csv", "--no-report").exit_code == 0
+
+
+def report_of(lab: Path) -> str:
+    return (lab / "log-report/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("value", ["yes", "no"])
+def test_yes_and_no_are_true_and_false_too(lab: Path, value: str) -> None:
+    word = "true" if value == "yes" else "false"
+    assert run("analyze", "log.csv", "--set", f"worksheet={value}").exit_code == 0
+    expected = report_of(lab)
+    (lab / "gyro.toml").write_text(f"worksheet = {word}\n")
+    assert analyze().exit_code == 0
+    assert run("analyze", "log.csv").exit_code == 0
+    assert ('class="task"' in report_of(lab)) == (value == "yes")
+    assert report_of(lab).count('class="task"') == expected.count('class="task"')
+
+
+@pytest.mark.slow
+def test_the_file_names_the_course_unless_the_log_does(lab: Path) -> None:
+    (lab / "gyro.toml").write_text('course = "Dynamics, lab 4"\n')
+    assert run("analyze", "log.csv").exit_code == 0
+    assert "Course: Dynamics, lab 4" in report_of(lab)
+    log = lab / "log.csv"
+    log.write_text("# Course: Mechanics\n" + log.read_text(encoding="utf-8"))
+    assert run("analyze", "log.csv").exit_code == 0
+    assert "Course: Mechanics" in report_of(lab)
+    assert "Dynamics" not in report_of(lab)
+    assert run("analyze", "log.csv", "--set", "course=Physics").exit_code == 0
+    assert "Course: Physics" in report_of(lab)
+
+
+def test_a_file_of_settings_with_a_mistake_is_named(lab: Path) -> None:
+    (lab / "gyro.toml").write_text('[bench]\ng = "9.8"\n')
+    refused = analyze()
+    assert refused.exit_code == 2
+    assert "the settings in 'gyro.toml' cannot be read" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("typed", "hint"),
+    [
+        ("lgo.csv", "did you mean log.csv?"),
+        ("Log.xlsx", "did you mean log.csv?"),
+        ("nofile.csv", "check the folder"),
+    ],
+)
+def test_names_with_another_ending_alone_are_alike(
+    lab: Path, typed: str, hint: str
+) -> None:
+    (lab / "e.csv").write_bytes(b"")
+    assert hint in run("analyze", typed).stderr

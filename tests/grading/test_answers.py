@@ -5,10 +5,12 @@ reports.
 import tomllib
 
 import pytest
-from places import DATA
+from places import DATA, SAMPLES
 
+import gyrodata
 from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
+from gyrodata.reporting.page import report_page
 
 PROSE = tomllib.loads((DATA / "answers_in_prose.toml").read_text(encoding="utf-8"))
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
@@ -235,3 +237,38 @@ def test_second_uncertainty_in_words_is_a_question() -> None:
     report = f"I_zz = 4.40 g m^2 {text}".encode()
     answers = read_answers(None, [("report.md", report)])
     assert "give the total one" in answers.questions[0]
+
+
+# --- a report that gyro analyze wrote ---
+
+
+@pytest.fixture(scope="module")
+def own_reports() -> dict[str, bytes]:
+    """A report of gyro as its page and as Markdown, without figures."""
+    lab = gyrodata.analyze(SAMPLES / "air_gyroscope.csv")
+    page = report_page(lab, {})
+    return {"report.html": page.encode(), "report.md": lab._repr_markdown_().encode()}
+
+
+@pytest.mark.parametrize("name", ["report.html", "report.md"])
+def test_an_answer_beside_a_report_of_gyro_is_the_answer(
+    own_reports: dict[str, bytes], name: str
+) -> None:
+    report = (name, own_reports[name])
+    for text in (f"The result is I_zz = {VALUE}.", "I_zz = 4.2e-3 ± 0.1e-3 kg m^2"):
+        answers = read_answers(read_log(LOG), [report, ("own.txt", text.encode())])
+        assert answers.file == "own.txt"
+        assert answers.questions == ()
+    stated = read_log(f"# reported_inertia: 4.2e-3 ± 0.1e-3 kg m^2\n{LOG}")
+    assert read_answers(stated, [report]).questions == ()
+
+
+@pytest.mark.parametrize("name", ["report.html", "report.md"])
+def test_a_report_of_gyro_as_the_only_answer_is_a_question(
+    own_reports: dict[str, bytes], name: str
+) -> None:
+    answers = read_answers(read_log(LOG), [(name, own_reports[name])])
+    assert answers.inertia is not None
+    assert (answers.inertia.value, answers.inertia.u) == (4.416e-3, 0.033e-3)
+    (question,) = answers.questions
+    assert question.startswith("only a report of gyro analyze contains an answer: ")

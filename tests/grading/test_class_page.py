@@ -312,6 +312,10 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(
         and line.endswith("s2,report.pdf")
         for line in todo
     )
+    lab.decide("s0,report,,Ann,")
+    assert "s0,report," in lab.read("desk-todo.csv"), "nobody gives these points"
+    lab.decide("s0,report,2,Ann,")
+    assert "2 of 5 | Given by hand (Ann)." in lab.read("feedback/s0/feedback.md")
     lab.decide(*(f"s{i},report,{i + 1.5},Ann,clear" for i in range(3)))
     assert lab.graded("s0", "s2") == [16.5, None]
     assert "1.5 of 5 | Given by hand: clear (Ann)" in lab.read(

@@ -32,6 +32,7 @@ from processes import started
 from typer.testing import Result
 
 from gyrodata.cli import schema
+from gyrodata.grading.rubric import default_rubric_text
 
 CLASS = ROOT / "sample_data" / "class"
 EXPECTED = DATA / "sample_class.txt"  # what `gyro grade sample_data/class` prints
@@ -173,7 +174,8 @@ def test_pages_of_a_student_who_left_the_class_are_moved(
     assert [
         name
         for name in pages
-        if f"feedback/{name} is of nobody in this class" not in done.stderr
+        if f"feedback/{name} belongs to no submission that is here now"
+        not in done.stderr
     ] == []
     kept = (
         re.sub("-[0-9a-f]{12}(?=[.])", "", path.name)
@@ -196,7 +198,37 @@ def test_feedback_tells_a_bonus_and_says_full_marks_only_for_them(grades: Path) 
     )
     assert "Bonus given by hand: -1 – see my mail (TA)." in first
     assert "Full marks" not in first + second
-    assert "Late, as decided by hand. 2 points were taken off for it." in second
+    assert second.count("taken off") == 1
+    assert (
+        "2 points are taken off for lateness, as decided by hand: a day (TA)." in second
+    )
+
+
+@pytest.mark.slow
+def test_a_lateness_that_is_waived_is_not_stated_as_one(grades: Path) -> None:
+    (late,) = grades.glob("feedback/novakeva*.md")
+    assert "Marked late." in late.read_text(encoding="utf-8")
+    desk = "student,what,value,by,why\n114,late,0,TA,was ill\n102,late,0,TA,\n"
+    (grades / "desk.csv").write_text(desk, encoding="utf-8")
+    gyro("grade", CLASS, "--out", grades)
+    text = late.read_text(encoding="utf-8")
+    said = "No points are taken off for lateness, as decided by hand"
+    assert f"{said}: was ill (TA)." in text
+    assert "Late" not in text
+    (other,) = grades.glob("feedback/bakertom*.md")
+    assert f"{said} (TA)." in other.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_lateness_of_students_who_are_in_time_stays_blank(
+    grades: Path, tmp_path: Path
+) -> None:
+    rubric = default_rubric_text() + '\n[late]\nmarked = "10 %"\n'
+    (tmp_path / "rubric.toml").write_text(rubric, encoding="utf-8")
+    options = ("--rubric", tmp_path / "rubric.toml", "--dry-run")
+    done = gyro("grade", CLASS, "--out", grades, *options)
+    assert "grades.csv would change for 1:" in done.stderr
+    assert "late [s]" not in done.stderr
 
 
 @pytest.mark.slow

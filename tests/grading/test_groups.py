@@ -194,3 +194,18 @@ def test_log_of_a_group_counts_once_for_the_reference(tmp_path: Path) -> None:
     with_group = graded(tmp_path / "group", files)
     alone = graded(tmp_path / "alone", {"lead/lab.csv": files["lead/lab.csv"]})
     assert with_group["s10"]["z"] == alone["s10"]["z"]
+
+
+@pytest.mark.slow
+def test_a_lent_log_does_not_reopen_the_flag_of_its_owner(tmp_path: Path) -> None:
+    files: dict[str, str | bytes] = {
+        "a/lab.csv": f"# {ANSWER}\n{LOG}",
+        "b/report.txt": ANSWER,
+        "c/lab.csv": f"# {ANSWER}\n{LOG}",
+    }
+    verdict = "a + c,flag,copied,Ann,both were asked\n"
+    todo = tmp_path / "grades" / "desk-todo.csv"
+    graded(tmp_path, files, "b,partner,a,Ann,one log\n")
+    assert "a + b + c,flag," in todo.read_text(encoding="utf-8-sig")
+    graded(tmp_path, files, f"{verdict}b,partner,a,Ann,one log\n")
+    assert " + c,flag," not in todo.read_text(encoding="utf-8-sig")

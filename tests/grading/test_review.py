@@ -17,6 +17,8 @@ from grading.students_reports import a_log
 from grading.test_class_page import Lab, make_folder
 from places import DATA
 
+from gyrodata.grading.rubric import default_rubric_text
+
 PROBE = (DATA / "probe_of_review.html").read_text(encoding="utf-8")
 SCRIPT = "<script>window.ran=1</script></script><!--<img src=x onerror=ran=1>"
 
@@ -114,3 +116,52 @@ def test_policy_allows_this_style_and_this_script_only(tmp_path: Path) -> None:
     }
     lab.grade()
     assert lab.read("class.html") == page
+
+
+QUESTIONS = """<script>
+addEventListener("load", () => {
+  const frame = document.querySelector("iframe"), view = frame.contentWindow;
+  const page = frame.contentDocument, told = page.getElementById("told");
+  const press = field => field.dispatchEvent(
+    new view.KeyboardEvent("keydown", {key: "Enter", bubbles: true, cancelable: true}));
+  const who = () => page.getElementById("who").textContent;
+  const by = page.getElementById("by");
+  [...page.querySelectorAll("button")].find(e => /^Previous/.test(e.textContent)).click();
+  const out = {first: who(), wide: page.documentElement.scrollWidth,
+    inner: frame.clientWidth, beyond: []};
+  by.value = "Ann";
+  by.focus();
+  press(by);
+  out.next = who();
+  out.labels = [...page.querySelectorAll("#questions label")].map(e => e.textContent);
+  out.buttons = [...page.querySelectorAll("#questions button")].map(e => e.textContent);
+  press([...page.querySelectorAll("#questions .why")].find(e => !e.form));
+  out.told = told.textContent;
+  const place = document.createElement("pre");
+  place.id = "out";
+  place.textContent = JSON.stringify(out);
+  document.body.append(place);
+});
+</script>"""
+
+
+@pytest.mark.slow
+@needs_browser
+def test_the_name_leads_to_a_question_and_questions_say_what_is_asked(
+    tmp_path: Path,
+) -> None:
+    logs: dict[str, str | bytes] = {f"s{i}/lab.csv": a_log(i) for i in range(6)}
+    lab = Lab(tmp_path, {**logs, "s6/lab.csv": a_log(1)})
+    (tmp_path / "rubric.toml").write_text(
+        default_rubric_text("manual"), encoding="utf-8"
+    )
+    lab.options += ("--rubric", str(tmp_path / "rubric.toml"))
+    lab.out.mkdir()
+    lab.decide("s0,report,3,Ann,clear")
+    out = look_at(tmp_path, lab.read("class.html"), 1280, QUESTIONS)
+    assert [out["first"], out["next"]] == ["s0", "s1"]
+    assert "The report is clear (0 to 5) " in out["labels"]
+    assert "Keep gyro's result" not in out["buttons"]
+    assert (
+        out["told"] == "Press one of the buttons: partners, copied, invented, cleared."
+    )

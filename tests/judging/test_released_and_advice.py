@@ -232,6 +232,7 @@ def test_run_without_a_weight_is_added_as_the_hint_says(form: str) -> None:
     mark = header.removeprefix(first[0])[0]
     assert header == f"{first[0]}{mark}precession_sense"
     assert loaded == f"{first[1]}{mark}ccw"
+    assert mark == "," or "." not in unloaded
     lines = [header, loaded, *log.splitlines()[2:], unloaded, ""]
     before = analyze_briefly(log.encode())
     after = analyze_briefly("\n".join(lines).encode())
@@ -239,6 +240,25 @@ def test_run_without_a_weight_is_added_as_the_hint_says(form: str) -> None:
     assert after.run_table[-1].torque == 0
     assert after.inertia.u < before.inertia.u
     assert "G454" not in gyro("check", "-", stdin="\n".join(lines)).stdout
+
+
+@pytest.mark.slow
+def test_the_run_to_add_has_a_direction_in_a_column_that_is_there() -> None:
+    head, first, *others = in_columns(*OWN_COLUMNS["an angle"]).splitlines()
+    lines = [f"{head},precession_sense", f"{first},ccw", *others, ""]
+    rows = rows_to_copy(gyro("check", "-", stdin="\n".join(lines)).stdout)
+    assert rows[:2] == lines[:2]
+    assert rows[2].endswith(",ccw")
+
+
+@pytest.mark.slow
+def test_a_weight_of_misread_runs_alone_needs_no_more_runs() -> None:
+    lines = README.splitlines()
+    mass, rest = lines[-2].split(",", 1)
+    lines[-2] = f"{2 * float(mass)},{rest}"
+    told = gyro("check", "-", stdin="\n".join([*lines, ""])).stdout
+    assert "warning G410" in told
+    assert told.count("warning G452") == 1
 
 
 class TestDirection:

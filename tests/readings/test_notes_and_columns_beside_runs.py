@@ -305,6 +305,7 @@ def test_a_note_on_one_of_several_is_a_doubt(note: str) -> None:
 
 def test_the_zero_of_the_ruler_is_no_origin_that_is_read() -> None:
     (warning,) = diagnostics(f"ruler zero at 1.5 cm\n{PLAIN}", "G240")
+    assert "# ball_mass: 4.31 kg" in warning.hint
     assert "position" in warning.message
 
 
@@ -407,3 +408,14 @@ def test_seconds_below_ms_are_proposed_although_a_time_is_short() -> None:
     assert any(
         'If s is meant, write the header as "time [s]"' in hint for hint in hints
     )
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "Ergebnis: I_zz = (4,49 ± 0,05)·10^-3 kg m²",
+        "The moment of inertia is 4.49e-3 kg m^2",
+    ],
+)
+def test_an_answer_in_a_line_of_text_changes_no_reading(line: str) -> None:
+    assert diagnostics(f"{line}\n{PLAIN}", "G240") == []

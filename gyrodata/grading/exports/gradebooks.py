@@ -104,7 +104,8 @@ def fill_book(
             filling.skip(grade, f"is not in the {_NOUNS[layout.lms]}")
         elif not _has_points(grade):
             why = f": {grade.why}" if grade.why else ""
-            filling.skip(grade, f"is {grade.status}{why}")
+            status = "not complete" if grade.status == "so far" else grade.status
+            filling.skip(grade, f"is {status}{why}")
         for row in rows_of_grade:
             others.pop(row, None)
             filling.write(grade, row)

@@ -113,7 +113,8 @@ def _settled_by(offer: Offer) -> Sequence[str]:
     """Return the words that settle a question; none if every decision does."""
     if offer.flag or offer.what == REGRADE:
         return [offer.what]
-    return [offer.what, *SETTLING] if offer.can_be_left else []
+    is_of_one = offer.can_be_left or offer.gives_points
+    return [offer.what, *SETTLING] if is_of_one else []
 
 
 def _student(

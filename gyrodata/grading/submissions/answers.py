@@ -148,8 +148,12 @@ def _best(candidates: Sequence[Candidate]) -> Candidate:
 
 
 def _goodness(candidate: Candidate) -> tuple[bool, Rank]:
-    """Return what decides; a draft is an answer only if there is no other one."""
-    return candidate.rank.is_named and not _is_draft(candidate), candidate.rank
+    """Return what decides.
+
+    A draft or a report of gyro is an answer only if there is no other one.
+    """
+    is_last = _is_draft(candidate) or candidate.of_gyro
+    return candidate.rank.is_named and not is_last, candidate.rank
 
 
 GIVEN_TWICE: Final = "given twice"
@@ -189,6 +193,9 @@ def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]
     where = f'the answer "{chosen.read.text}" in {chosen.place}'
     if chosen.doubt and not any(_agree(chosen.read, read) for read in seen):
         yield f"{where} may be hidden; look whether the file shows it"
+    if chosen.of_gyro:
+        what = f'"{chosen.read.text}" in {chosen.place}'
+        yield f"only a report of gyro analyze contains an answer: {what}"
     if chosen.has_second_u:
         yield f"{where} may have another uncertainty behind it: give the total one"
 
@@ -210,6 +217,7 @@ def _disagreements(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterat
         else:
             # A draft or an earlier log may have another answer.
             is_earlier = _is_draft(candidate) or ending(candidate.file) in TABLES
+            is_earlier |= candidate.of_gyro
         is_rival = candidate.rank.is_named and not is_earlier
         if is_rival and read.fault != GIVEN_TWICE and _differ(read, candidate.read):
             used = f'two answers: "{read.text}" in {chosen.file} is used'

@@ -14,6 +14,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.grading.submissions.documents import (
     LONGEST_LINE,
@@ -50,6 +51,7 @@ class Candidate(Struct, frozen=True):
     doubt: bool = False  # whether a person may not see it
     compared: bool = False  # whether it is no answer by a word of a comparison alone
     has_second_u: bool = False  # whether a total uncertainty may follow its u
+    of_gyro: bool = False  # whether it is in a report that gyro analyze wrote
 
     @property
     def file(self) -> str:
@@ -65,7 +67,19 @@ class Text(Struct, frozen=True):
 
 
 def find_candidates(document: Document) -> Text:
-    """Find the quantities of a document that may be the answer."""
+    """Find the quantities of a document that may be the answer.
+
+    Of a report of gyro, it is the first one; the others are in its tables.
+    """
+    text = _read_text(document)
+    if not _is_report_of_gyro(document):
+        return text
+    first = [replace(value, of_gyro=True, doubt=False) for value in text.values[:1]]
+    return Text(first)
+
+
+def _read_text(document: Document) -> Text:
+    """Find all quantities that may be the answer, and say what is not read."""
     end = _end_of_read(document.lines)
     sentences = _sentences(_keys_as_prose(document, document.lines[:end]))
     short = [(line, text) for line, text in sentences if len(text) <= _LONGEST_SENTENCE]
@@ -84,6 +98,18 @@ def find_candidates(document: Document) -> Text:
     cut = f"{document.name} {why}: a part of it is not read"
     cut += ", and may have another answer"
     return Text(values[:_MOST_VALUES], cut)
+
+
+_TOP_OF_REPORT = 20
+"""Lines in which a report of gyro has its title and its first run."""
+
+
+def _is_report_of_gyro(document: Document) -> bool:
+    """Return whether a text is a report of ``gyro analyze``, also printed."""
+    filled = filter(None, map(str.strip, document.lines))
+    beginning = "\n".join(islice(filled, _TOP_OF_REPORT))
+    title = re.search(r"^[# ]*Gyroscope lab (?:report|worksheet): ", beginning, re.M)
+    return bool(title) and "Read as: run" in beginning
 
 
 def _end_of_read(lines: Sequence[str]) -> int:

@@ -11,7 +11,7 @@ import typer
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.cli.new_table import write_new, write_table
+from gyrodata.cli.new_table import shown, write_new, write_table
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -140,9 +140,9 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
         are filled in.
     """
     # The values have the digits that a scale and a ruler show.
-    masses = [_shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
-    arm = _shown(position, "length", "cm", 1)
-    aims = [_shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
+    masses = [shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
+    arm = shown(position, "length", "cm", 1)
+    aims = [shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
     head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
     lines = head.splitlines()
     notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
@@ -161,16 +161,6 @@ def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
     for turn in range(len(aims)):
         yield f"aim at {aims[(first + turn) % len(aims)]} rpm"
     yield f"the first run once more; aim at {aims[first % len(aims)]} rpm"
-
-
-def _shown(value: float, kind: str, unit: str, digits: int) -> str:
-    """Write a value [SI unit] in a unit, with at least `digits` digits."""
-    from gyrodata.quantities.units import from_si
-
-    number = from_si(value, unit, kind)
-    short = f"{number:.10g}"
-    decimals = len(short.partition(".")[2])
-    return short if decimals >= digits else f"{number:.{digits}f}"
 
 
 def check(

@@ -37,6 +37,16 @@ def write_new(out: Path, data: bytes) -> None:
         write_whole(out, [data])
 
 
+def shown(value: float, kind: str, unit: str, digits: int) -> str:
+    """Write a value [SI unit] in a unit, with at least `digits` digits."""
+    from gyrodata.quantities.units import from_si
+
+    number = from_si(value, unit, kind)
+    short = f"{number:.10g}"
+    decimals = len(short.partition(".")[2])
+    return short if decimals >= digits else f"{number:.{digits}f}"
+
+
 _CELL_FORMATS = {
     "mass [g]": "0.00",
     "position [cm]": "0.0",

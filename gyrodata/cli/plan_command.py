@@ -7,18 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from msgspec.structs import replace
 
 from gyrodata.cli import options
-from gyrodata.cli.new_table import write_table
+from gyrodata.cli.new_table import shown, write_table
 from gyrodata.cli.terminal import columns, tell, write_answer
 
 if TYPE_CHECKING:
-    from gyrodata.readings import Column, Readings
-    from gyrodata.results import Analysis, FittedLog
+    from gyrodata.readings import Readings
+    from gyrodata.results import Analysis
     from gyrodata.trials.plan import Plan, PlannedRun
-
-HEADER = "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense"
 
 
 def _part_of(text: str) -> float:
@@ -99,7 +96,8 @@ def plan(
 
     With a LOG, gyro plans the runs that come next. Without one, it plans a lab with a
     typical ball. Each run is added to the lab as the fit predicts it, and the larger lab
-    is fitted. --out writes a table to fill in, with the expected times.
+    is fitted. --out writes a table to fill in, with the expected times; add its runs to
+    the log.
 
     Example:  gyro plan demo.csv \
                 --spins 200,400,600rpm \
@@ -115,16 +113,15 @@ def plan(
         minutes=minutes,
         goal=goal,
     )
-    fitted = None
     if log is None:
         planned = planning.plan_lab(limits)
     else:
-        fitted = _analyzed(options.read([log], settings, mapping, config))
-        planned = planning.plan_log(fitted.lab, limits)
+        analysis = _analyzed(options.read([log], settings, mapping, config))
+        planned = planning.plan_log(analysis.lab, limits)
     if out != Path("-"):
         write_answer(form, planned.to_dict(), plan_text(planned, minutes))
     if out is not None:
-        write_table(out, _log_to_fill_in(planned, fitted))
+        write_table(out, _log_to_fill_in((*planned.first, *planned.runs)))
 
 
 def _analyzed(readings: Readings) -> Analysis:
@@ -207,69 +204,16 @@ def _percent(part: float) -> str:
     return f"{100 * part:.2g} %"
 
 
-def _log_to_fill_in(plan: Plan, log: FittedLog | None) -> str:
-    """Write the runs of a plan as a log to fill in, in the columns of the log so far.
-
-    What to aim at is in a line above each run.
-    """
-    runs = (*plan.first, *plan.runs)
-    rows = _in_columns_of(log, runs) if log else []
-    rows = rows or [HEADER, *map(_usual_row, runs)]
-    lines = rows[:1]
-    for run, row in zip(runs, rows[1:], strict=True):
-        time = f"about {run.time:.1f} s" if run.mass else "watch it for 3 minutes"
+def _log_to_fill_in(runs: Sequence[PlannedRun]) -> str:
+    """Write runs as a log to fill in; a line above each run says what to aim at."""
+    lines = ["mass [g],position [cm],spin [rpm],time [s],turns,precession_sense"]
+    for run in runs:
+        mass = shown(run.mass, "mass", "g", 2)
+        position = shown(run.position, "length", "cm", 1)
+        time = f"about {run.time:.1f} s"
+        row = f"{mass},{position},,,{_turns(run)},"
+        if not run.mass:
+            time = "watch it for 3 minutes"
+            row = "0,,,,,"
         lines += [f"# aim at {_rpm(run)} rpm ({time})", row]
     return "\n".join(lines) + "\n"
-
-
-def _usual_row(run: PlannedRun) -> str:
-    """Write a run in the columns of `HEADER`; spin and time are blank."""
-    if not run.mass:
-        return "0,,,,,"
-    return f"{1e3 * run.mass:.6g},{100 * run.position:.6g},,,{_turns(run)},"
-
-
-def _in_columns_of(log: FittedLog, runs: Sequence[PlannedRun]) -> list[str]:
-    """Write runs in the columns of a log: the header, and a row for each run.
-
-    The list is empty if the log has no columns for the load, or counts positions from
-    another point than the centre of the ball.
-    """
-    import numpy as np
-
-    from gyrodata.judging.procedure import SENSE, rows_to_add
-    from gyrodata.measurements import select
-
-    there = log.readings.columns
-    if not {"mass", "position"} <= there.keys() or log.readings.position_from:
-        return []
-    values = np.array([(run.mass, run.position, run.turns) for run in runs]).T
-    planned = select(log.measurements, [0] * len(runs))
-    planned = replace(planned, mass=values[0], position=values[1], turns=values[2])
-    mark, rows = rows_to_add(log.readings, planned, range(len(runs)))
-    if not rows:
-        return []
-    columns = {column.header: column for column in there.values()}
-    known = zip(log.measurements.mass, log.measurements.position, strict=True)
-    like = {load: run for run, load in enumerate(known)}
-    for run, cells in zip(runs, rows[2:], strict=True):
-        number = like.get((run.mass, run.position))
-        for at, header in enumerate(rows[0]):
-            cells[at] = _cell(columns.get(header), run, number, cells[at])
-    blank, sense = ("", "") if SENSE in there else (mark, SENSE)
-    header, _, *lines = [mark.join(cells) + blank for cells in rows]
-    return [header + sense, *lines]
-
-
-def _cell(column: Column | None, run: PlannedRun, like: int | None, text: str) -> str:
-    """Return a cell of a planned run; what is measured in the run is blank.
-
-    `like` is a run of the log with the same load, whose cells have the digits of the log.
-    """
-    from gyrodata.readings.roles import COUNTS, LOADS
-
-    role = column.role if column else ""
-    if column and role in LOADS and like is not None:
-        return column.readings[like].text
-    # Without a weight, nobody knows how far the rod will turn.
-    return text if role in LOADS or (role in COUNTS and run.mass) else ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections import Counter
@@ -166,6 +165,7 @@ def analyze(
         out = None
     elif out is not None and out.suffix.lower() in DATA.get(form, ()):
         file, out = out, None
+    has_folder = out is not None or (form == "text" and "-" not in logs)
     output = _Output(
         form=form,
         table=table,
@@ -175,7 +175,7 @@ def analyze(
         several=len(parts) > 1,
         file=file,
         out=out,
-        has_report=not no_report and (form == "text" or out is not None),
+        has_report=has_folder and not no_report,
         opened=opened,
         quiet=quiet,
     )
@@ -191,11 +191,11 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        if form != "text" or out is not None:
+        if form != "text" or out is not None or len(logs) > 1:
             terminal.refuse("watch_one_file")
-        _watch(logs, reader, options)
+        _watch(logs[0], reader, options)
         return
-    output.show(output.head)
+    output.begin()
     worst = 0
     for part, folder in zip(parts, output.folders(parts), strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, folder))
@@ -231,8 +231,7 @@ def _analyze_part(
     try:
         readings = reader.read(logs)
         analysis = analyze_readings(readings, options)
-        command = reader.command_for(logs)
-        text = output.text_of(analysis, folder, command)
+        text = output.text_of(analysis)
     except Exception as error:
         findings, code = terminal.explained(error, name)
         output.show(output.text_without(name, readings, options, findings))
@@ -279,21 +278,18 @@ class _Output(Struct):
         """Refuse options that contradict each other, and a file for a report."""
         if self.table != "runs" and self.form != "csv":
             terminal.refuse("table_for_csv", table=self.table)
-        if self.out is not None:
-            self._refuse_file(self.out)
-            if not self.has_report:
-                terminal.refuse("folder_without_report", out=self.out)
         if self.opened and not self.has_report:
-            terminal.refuse("open_without_report")
-
-    def _refuse_file(self, out: Path) -> None:
-        """Refuse the name of a file for a report, which is a folder."""
-        if out == Path("-"):
+            terminal.refuse("option_without_report", option="--open")
+        if self.out is None:
+            return
+        if self.out == Path("-"):
             terminal.refuse("out_is_standard_output")
-        if out.suffix.lower() in FILE_TYPES and not out.is_dir():
+        if self.out.suffix.lower() in FILE_TYPES and not self.out.is_dir():
             form = self.form if self.form in DATA else "json"
-            folder = out.with_suffix("")
-            terminal.refuse("out_is_a_file", out=out, folder=folder, form=form)
+            folder = self.out.with_suffix("")
+            terminal.refuse("out_is_a_file", out=self.out, folder=folder, form=form)
+        if not self.has_report:
+            terminal.refuse("option_without_report", option="--out")
 
     def folders(self, parts: Sequence[Sequence[Log]]) -> Iterator[Path | None]:
         """Yield the folder of each report; None without a report.
@@ -302,26 +298,18 @@ class _Output(Struct):
         """
         used: Counter[Path] = Counter()
         for logs in parts:
-            is_unnamed = self.out is None and logs[0].path == "-"
-            if is_unnamed or not self.has_report:
-                yield None
-                continue
-            folder = self._folder_of(logs)
+            path = logs[0].short
+            together = "-together" * (len(logs) > 1)
+            folder = Path(f"{stem_of(path)}{together}-report")
+            if self.several:
+                steps = [step for step in path.parent.parts if step != ".."]
+                folder = Path(self.out or "", *steps, folder)
+            elif self.out is not None:
+                folder = self.out
             used[folder] += 1
             if used[folder] > 1:
                 folder = folder.with_name(f"{folder.name}-{used[folder]}")
-            yield folder
-
-    def _folder_of(self, logs: Sequence[Log]) -> Path:
-        folder = self.out or Path()
-        path = logs[0].short
-        if self.several:
-            steps = [step for step in path.parent.parts if step != ".."]
-            folder = folder.joinpath(*steps)
-        elif self.out is not None:
-            return folder
-        together = "-together" * (len(logs) > 1)
-        return folder / f"{stem_of(path)}{together}-report"
+            yield folder if self.has_report else None
 
     def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
         """Refuse an output that would replace a log, or other data of the user."""
@@ -335,49 +323,36 @@ class _Output(Struct):
             if out.resolve() in sources or (out.exists() and not is_ours):
                 terminal.refuse("out_has_data", out=out)
 
-    @property
-    def head(self) -> str:
-        """The first line of a table."""
+    def begin(self) -> None:
+        """Write the first line of a table."""
         from gyrodata.reporting.data import table_header
 
-        return table_header(self.table) if self.form == "csv" else ""
+        if self.form == "csv":
+            self.show(table_header(self.table))
 
-    def text_of(self, analysis: Analysis, folder: Path | None, command: str) -> str:
-        """Write an analysis in the format of the command.
-
-        `command` is what a user types for the full report.
-        """
-        after = "\n" * self.several
+    def text_of(self, analysis: Analysis) -> str:
+        """Write an analysis in the format of the command."""
         if self.form == "csv":
             from gyrodata.reporting.data import table_rows
 
             return table_rows(analysis, self.table)
-        if self.form == "text":
-            from gyrodata.reporting.text import summary
-
-            more = f"More: {command} -v"
-            more += ", or open the HTML report" * (folder is not None)
-            return summary(analysis, self.verbose, more, terminal.columns()) + after
-        if self.form == "markdown":
-            return self._markdown(analysis, folder) + after
         if self.form == "latex":
             from gyrodata.reporting.latex import latex_report
 
             return latex_report(analysis)
+        after = "\n" * self.several
+        if self.form == "markdown":
+            from gyrodata.reporting import markdown, page
+
+            figures = f"{{}}.{page.shown_form(self.figures)}"
+            return markdown.markdown_report(analysis, figures) + after
+        if self.form == "text":
+            from gyrodata.reporting.text import summary
+
+            more = "More: the same command with -v"
+            more += ", or open the HTML report" * self.has_report
+            return summary(analysis, self.verbose, more, terminal.columns()) + after
         return terminal.answer_text(self.form, analysis.to_dict())
-
-    def _markdown(self, analysis: Analysis, folder: Path | None) -> str:
-        from urllib.parse import quote
-
-        from gyrodata.reporting.markdown import markdown_report
-        from gyrodata.reporting.page import shown_form
-
-        figures = f"{{}}.{shown_form(self.figures)}"
-        if self.several and folder is not None:
-            # The document of several logs is next to the folders of their figures.
-            below = folder.relative_to(self.out or Path())
-            figures = quote(os.fsencode(f"{below.as_posix()}/")) + figures
-        return markdown_report(analysis, figures)
 
     def text_without(
         self,
@@ -476,7 +451,7 @@ def demo(opened: OpenOption = False) -> None:
 # --- --watch: the answer again whenever the log is saved ---
 
 
-def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
+def _watch(log: str, reader: Reader, options: Options) -> None:
     """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
     On a terminal, each state replaces the last one.
@@ -486,13 +461,11 @@ def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     from gyrodata.cli.check_command import check_log
     from gyrodata.reporting.text import answer_line
 
-    path = Path(logs[0])
-    constants = reader.constants_of(logs[0])
-    options = replace(options, config=reader.name_of_constants(logs[0]))
-    if not path.exists() and len(logs) == 1:
-        reader.read_source(path, path.name, constants)
-    if len(logs) > 1 or not path.is_file():
+    path = Path(log)
+    if not path.is_file():
         terminal.refuse("watch_one_file")
+    constants = reader.constants_of(log)
+    options = replace(options, config=reader.name_of_constants(log))
     for data in contents(path):
         text = f"{path.name}: cannot be read now\n"
         if data is not None:
@@ -511,11 +484,9 @@ def contents(path: Path) -> Iterator[bytes | None]:
     Two looks in sequence have to agree, because a program may still be writing the
     file.
     """
-    last: bytes | None = path.read_bytes()
+    last: bytes | None = None
     shown = last
-    yield shown
     while True:
-        time.sleep(PAUSE)
         data = None
         with suppress(OSError):
             # To open a pipe without a writer would wait for ever.
@@ -525,3 +496,4 @@ def contents(path: Path) -> Iterator[bytes | None]:
             shown = data
             yield data
         last = data
+        time.sleep(PAUSE)

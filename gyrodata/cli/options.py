@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from msgspec import Struct
 
-from gyrodata.base.errors import printable
 from gyrodata.cli.terminal import Log, named_logs, refuse, source_of, tell
 
 if TYPE_CHECKING:
@@ -109,16 +107,6 @@ class Reader(Struct, frozen=True):
 
         return read_together([self._read_log(log) for log in logs])
 
-    def command_for(self, logs: Sequence[Log]) -> str:
-        """Return the command that analyzes these logs with these options."""
-        words = ["gyro analyze", *[word_of_file(log.path) for log in logs]]
-        words += ["--together"] * (len(logs) > 1)
-        options = [f"--set={key}={value}" for key, value in self.settings.items()]
-        options += [f"--map={key}={value}" for key, value in self.mapping.items()]
-        if self.config is not None:
-            options.append(f"--config={self.config}")
-        return printable(" ".join([*words, *map(word_of_shell, options)]))
-
     def _read_log(self, log: Log) -> Readings:
         constants = self.constants_of(log.path)
         if constants != self.config and not self.quiet:
@@ -175,20 +163,6 @@ def settings_file(folder: Path | None) -> Path | None:
         if place == Path.home() or (place / ".git").exists():
             break
     return None
-
-
-def word_of_file(path: str) -> str:
-    """Return the name of a file as a word of a command; LOG for standard input."""
-    if path == "-":
-        return "LOG"
-    return word_of_shell(f"./{path}" if path.startswith("-") else path)
-
-
-def word_of_shell(text: str) -> str:
-    """Return a text as one word of a command, in quotes if it needs them."""
-    word = shlex.quote(text)
-    # Double quotes are right in every shell, but some signs have a meaning in them.
-    return word if re.search(r"[\"'$`!\\]", text) else word.replace("'", '"')
 
 
 def stem_of(log: Path) -> str:

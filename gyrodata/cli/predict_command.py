@@ -97,7 +97,7 @@ def _values_of(analysis: Analysis) -> Iterator[tuple[str, str]]:
     measured = analysis.measurements
     runs = [run for run in analysis.run_table if not run.left_out]
     runs.sort(key=lambda run: -abs(run.spin))
-    yield "inertia", f"{analysis.inertia.value:.12g} kg m^2"
+    yield "inertia", f"{analysis.inertia.value:.12g} kg*m^2"
     yield "spin", f"{runs[0].spin / RPM:.12g} rpm"
     yield "g", f"{measured.g:.12g} m/s^2"
     if measured.latitude is not None:

@@ -32,6 +32,7 @@ from gyrodata.readings import listing
 if TYPE_CHECKING:
     from gyrodata.cli.terminal import Log
     from gyrodata.readings import Readings
+    from gyrodata.reporting.page import Form
     from gyrodata.results import Analysis, Options
 
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
@@ -50,11 +51,6 @@ FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
 PAUSE = 0.5
 """Time between two looks at a watched file [s]."""
 
-Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
-Model = Literal["auto", "horizontal", "steady", "released"]
-Figures = Literal["png", "svg", "pdf"]
-Style = Literal["screen", "print"]
-Table = Literal["runs", "logs"]
 OpenOption = Annotated[
     bool, typer.Option("--open", help="Open the report in the browser.")
 ]
@@ -66,7 +62,8 @@ def analyze(
         typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
     ],
     form: Annotated[
-        Format, typer.Option("--format", "-f", help="What to write to standard output.")
+        Literal["text", "json", "ndjson", "csv", "markdown", "latex"],
+        typer.Option("--format", "-f", help="What to write to standard output."),
     ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
@@ -83,7 +80,7 @@ def analyze(
         ),
     ] = None,
     table: Annotated[
-        Table,
+        Literal["runs", "logs"],
         typer.Option(
             "--table", help="For --format csv: one row for each run, or for each log."
         ),
@@ -92,10 +89,11 @@ def analyze(
         bool, typer.Option("--no-report", help="Write no report.")
     ] = False,
     figures: Annotated[
-        Figures, typer.Option("--figures", help="File type of the figures.")
+        Literal["png", "svg", "pdf"],
+        typer.Option("--figures", help="File type of the figures."),
     ] = "svg",
     style: Annotated[
-        Style,
+        Literal["screen", "print"],
         typer.Option(
             "--style",
             help="Figures for the screen or for one column of a printed page (300 dots"
@@ -103,7 +101,7 @@ def analyze(
         ),
     ] = "screen",
     model: Annotated[
-        Model,
+        Literal["auto", "horizontal", "steady", "released"],
         typer.Option(
             "--model",
             help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "
@@ -159,13 +157,14 @@ def analyze(
               gyro analyze demo.csv --no-report --format json
     """
     parts = terminal.in_parts(logs, together, form)
-    file = None
-    if form != "text" and out == Path("-"):
-        # Data go to standard output without --out too.
-        out = None
-    elif out is not None and out.suffix.lower() in DATA.get(form, ()):
-        file, out = out, None
+    file, out = _file_and_folder(form, out)
     has_folder = out is not None or (form == "text" and "-" not in logs)
+    has_report = has_folder and not no_report
+    if table != "runs" and form != "csv":
+        terminal.refuse("table_for_csv", table=table)
+    for option, is_used in {"--open": opened, "--out": out}.items():
+        if is_used and not has_report:
+            terminal.refuse("option_without_report", option=option)
     output = _Output(
         form=form,
         table=table,
@@ -175,11 +174,10 @@ def analyze(
         several=len(parts) > 1,
         file=file,
         out=out,
-        has_report=has_folder and not no_report,
+        has_report=has_report,
         opened=opened,
         quiet=quiet,
     )
-    output.refuse_contradictions()
     from gyrodata.results import Options
 
     reader = Reader.of_options(settings, mapping, config, quiet)
@@ -191,7 +189,7 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        if form != "text" or out is not None or len(logs) > 1:
+        if len(logs) > 1 or form != "text" or out:
             terminal.refuse("watch_one_file")
         _watch(logs[0], reader, options)
         return
@@ -201,6 +199,25 @@ def analyze(
         worst = max(worst, _analyze_part(part, reader, options, output, folder))
     output.finish()
     terminal.finish(worst, exit_zero)
+
+
+def _file_and_folder(form: str, out: Path | None) -> tuple[Path | None, Path | None]:
+    """Return the file for data, and the folder for the report, that --out names."""
+    if out is None:
+        return None, None
+    if out == Path("-"):
+        if form == "text":
+            terminal.refuse("out_is_standard_output")
+        # Data go to standard output without --out too.
+        return None, None
+    ending = out.suffix.lower()
+    if ending in DATA.get(form, ()):
+        return out, None
+    if ending in FILE_TYPES and not out.is_dir():
+        data = form if form in DATA else "json"
+        folder = out.with_suffix("")
+        terminal.refuse("out_is_a_file", out=out, folder=folder, form=data)
+    return None, out
 
 
 def _analyze_part(
@@ -257,10 +274,10 @@ def _analyze_part(
 class _Output(Struct):
     """How the answers are written, and where they go."""
 
-    form: Format
-    table: Table
-    figures: Figures
-    style: Style
+    form: str
+    table: str
+    figures: Form
+    style: str
     verbose: bool
     several: bool
     """True if there are several answers."""
@@ -273,23 +290,6 @@ class _Output(Struct):
     quiet: bool
     parts: list[str] = []
     """The texts so far."""
-
-    def refuse_contradictions(self) -> None:
-        """Refuse options that contradict each other, and a file for a report."""
-        if self.table != "runs" and self.form != "csv":
-            terminal.refuse("table_for_csv", table=self.table)
-        if self.opened and not self.has_report:
-            terminal.refuse("option_without_report", option="--open")
-        if self.out is None:
-            return
-        if self.out == Path("-"):
-            terminal.refuse("out_is_standard_output")
-        if self.out.suffix.lower() in FILE_TYPES and not self.out.is_dir():
-            form = self.form if self.form in DATA else "json"
-            folder = self.out.with_suffix("")
-            terminal.refuse("out_is_a_file", out=self.out, folder=folder, form=form)
-        if not self.has_report:
-            terminal.refuse("option_without_report", option="--out")
 
     def folders(self, parts: Sequence[Sequence[Log]]) -> Iterator[Path | None]:
         """Yield the folder of each report; None without a report.
@@ -321,7 +321,7 @@ class _Output(Struct):
         sources = {Path(log.path).resolve() for log in logs}
         for out in outputs:
             if out.resolve() in sources or (out.exists() and not is_ours):
-                terminal.refuse("out_has_data", out=out)
+                terminal.refuse("file_exists", out=out)
 
     def begin(self) -> None:
         """Write the first line of a table."""

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, HandIn, Options
 
-CheckFormat = Literal["text", "json", "ndjson"]
-
 
 class Checked(NamedTuple):
     """A log or a submission, and what `gyro check` found in it."""
@@ -192,7 +190,7 @@ def check(
         ),
     ] = False,
     form: Annotated[
-        CheckFormat,
+        Literal["text", "json", "ndjson"],
         typer.Option("--format", "-f", help="What to write to standard output."),
     ] = "text",
     settings: SettingsOption = None,
@@ -228,9 +226,7 @@ def check(
     finish(worst, exit_zero)
 
 
-def _check_part(
-    logs: Sequence[Log], reader: Reader, fix: bool, form: CheckFormat
-) -> int:
+def _check_part(logs: Sequence[Log], reader: Reader, fix: bool, form: str) -> int:
     """Print what is found in a log, or in several together; return the exit code."""
     name = " + ".join(log.name for log in logs)
     checked = check_log(name, partial(reader.read, logs))
@@ -249,7 +245,7 @@ def _check_part(
     return worst
 
 
-def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
+def _fix(log: Path, readings: Readings, form: str) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
@@ -258,8 +254,8 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
     write_new(fixed, text.encode())
-    todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
-    lines = [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
+    head = f"{fixed}: {readings.name} as gyro understood it; left for you: "
+    lines = [f"{head}{len(left) or 'nothing'}", *left]
     typer.echo("\n   ".join(lines), err=form != "text")
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
-from msgspec.structs import replace
 from typer import Argument, Option
 
 from gyrodata.base.disk import alone_in, telling, write_whole
@@ -38,12 +37,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submissions
 
 
-Form = Literal["text", "json", "ndjson", "csv"]
-Platform = Literal[
-    "auto", "folder", "canvas", "moodle", "blackboard", "brightspace", "gradescope"
-]
-
-
 def grade(
     path: Annotated[
         Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")
@@ -65,7 +58,15 @@ def grade(
         ),
     ] = None,
     lms: Annotated[
-        Platform,
+        Literal[
+            "auto",
+            "folder",
+            "canvas",
+            "moodle",
+            "blackboard",
+            "brightspace",
+            "gradescope",
+        ],
         Option(
             "--lms",
             metavar="PLATFORM",
@@ -163,7 +164,8 @@ def grade(
         bool, Option("--dry-run", help="Write nothing, and say what would change.")
     ] = False,
     form: Annotated[
-        Form, Option("--format", "-f", help="What to write to standard output.")
+        Literal["text", "json", "ndjson", "csv"],
+        Option("--format", "-f", help="What to write to standard output."),
     ] = "text",
     quiet: Annotated[
         bool, Option("--quiet", "-q", help="On standard error, print errors only.")
@@ -194,7 +196,7 @@ def grade(
         write_out(default_rubric_text(print_rubric))
         return
     if gradescope is not None:
-        tell(*_write_autograder(gradescope, rubric))
+        _write_autograder(gradescope, rubric)
         return
     if path is None:
         refuse("nothing_to_grade")
@@ -211,17 +213,17 @@ def grade(
     # Decisions are used too if the grades are only printed.
     home = folder or _usual_folder(path.resolve())
     desk = _read_desk(home, inputs, listed)
-    options = classroom.GradingOptions(
-        workers=count_workers() if workers is None else workers,
-        limit=timeout,
-        cluster=cluster,
-        journal=folder and folder / classroom.JOURNAL,
-        keep=not dry_run,
-    )
     target = None if dry_run else folder
     with _alone_in(target):
         with progress_bar(len(listed.items), "graded", quiet) as progress:
-            options = replace(options, progress=progress)
+            options = classroom.GradingOptions(
+                workers=count_workers() if workers is None else workers,
+                limit=timeout,
+                cluster=cluster,
+                journal=folder and folder / classroom.JOURNAL,
+                keep=not dry_run,
+                progress=progress,
+            )
             grades = classroom.grade_class(
                 listed, inputs.rubric, options, earlier, desk, inputs.roster
             )
@@ -348,7 +350,7 @@ def _write(
         tell(*written)
 
 
-def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
+def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: str) -> None:
     """Print the grades in a format."""
     from gyrodata.grading.exports import grade_lines, grades_document
 
@@ -432,7 +434,7 @@ def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     return fingerprints
 
 
-def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
+def _write_autograder(folder: Path, path: Path | None) -> None:
     """Write the files for Gradescope, and say what to do there."""
     from gyrodata.grading.exports.gradescope import autograder_files
     from gyrodata.grading.rubric import read_rubric
@@ -445,20 +447,19 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
     by_hand = [part for part in rubric.criteria if part.check == "manual"]
     points = rubric.points - sum(part.points for part in by_hand)
-    yield (
+    tell(
+        f"autograder: zip the files in {folder}, without a folder around them, and upload that",
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
-        f"feedback is shown"
+        f"feedback is shown",
     )
     for part in by_hand:
-        shown = f'{part.points:g} points for "{part.title}"'
-        yield f"in Gradescope: {shown} are given by hand"
+        tell(f'in Gradescope, by hand: {part.points:g} points for "{part.title}"')
 
 
 def _folder(
-    path: Path, out: Path | None, form: Form, dry_run: bool, needed: bool
+    path: Path, out: Path | None, form: str, dry_run: bool, needed: bool
 ) -> Path | None:
     """Return the folder for the grades; None for no folder, unless it is needed.
 

@@ -18,11 +18,8 @@ if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Input
 
-PlainFormat = Literal["text", "json"]
-"""Text for people or JSON for programs."""
-
 FormatOption = Annotated[
-    PlainFormat, typer.Option("--format", "-f", help="Form of the output.")
+    Literal["text", "json"], typer.Option("--format", "-f", help="Form of the output.")
 ]
 SettingsOption = Annotated[
     list[str] | None,
@@ -43,15 +40,6 @@ ConfigOption = Annotated[
         help="TOML file with constants. Default: gyro.toml next to the log, or above "
         "it.",
     ),
-]
-
-Bound = Literal[
-    "",
-    "above zero",
-    "other than zero",
-    "zero or above",
-    "below 90 degrees",
-    "from -90 to 90 degrees",
 ]
 
 
@@ -186,7 +174,7 @@ def with_units(items: str) -> list[str]:
     return complete[::-1]
 
 
-def quantity_option(option: str, kind: str, bound: Bound = "", *, words: str) -> Any:
+def quantity_option(option: str, kind: str, bound: str = "", *, words: str) -> Any:
     """Return an option whose value is a number with a unit [SI unit of the kind]."""
     return typer.Option(
         option,
@@ -199,7 +187,7 @@ def quantity_option(option: str, kind: str, bound: Bound = "", *, words: str) ->
 def list_option(
     option: str,
     kind: str,
-    bound: Bound = "",
+    bound: str = "",
     metavar: str = "QUANTITIES",
     *,
     words: str,
@@ -213,7 +201,7 @@ def list_option(
     return typer.Option(option, metavar=metavar, parser=parse, help=words)
 
 
-def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
+def quantity(option: str, text: str, kind: str, bound: str = "") -> float:
     """Read the number and unit of an option.
 
     Parameters
@@ -239,14 +227,11 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     """
     from gyrodata.quantities import notation, units
 
-    shown = f'{option} "{text.strip()[:40]}"'
     try:
         value = notation.parse_quantity(text, kind)
     except units.UnitError as error:
-        if re.fullmatch(r"\s*[-+]?\d++\.?\d*\s*", text):
-            meant = f"{text.strip()} {units.DISPLAY[kind]}"
-            refuse("option_without_unit", shown=shown, option=option, meant=meant)
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
+    shown = f'{option} "{text.strip()[:40]}"'
     low, high = units.LIMITS[kind]
     size = abs(value)
     broken = {

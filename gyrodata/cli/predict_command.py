@@ -112,22 +112,6 @@ def _values_of(analysis: Analysis) -> Iterator[tuple[str, str]]:
             break
 
 
-def _assumed(context: Any) -> Iterator[str]:
-    """Say which values no option gives, and where they come from."""
-    analysis = context.params.get("log")
-    for doubt in analysis.doubts if analysis else ():
-        yield f"do not rely on I_zz: {doubt.words}"
-    of_log = context.default_map or {}
-    for option in context.command.params:
-        source = context.get_parameter_source(option.name)
-        if source.name == "DEFAULT_MAP":
-            origin = f"from {analysis.name}"
-            yield f'{option.opts[0]} "{of_log[option.name]}", {origin}'
-        elif source.name == "DEFAULT" and option.metavar == "QUANTITY":
-            usual = option.default or "1.3 times the inertia, plus m x^2"
-            yield f'{option.opts[0]} "{usual}", the default value'
-
-
 def _across(given: float | None, inertia: float, load: float = 0.0) -> float:
     """Return I across the rod [kg*m^2]; `load` is m x^2 of the weight."""
     from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
@@ -189,17 +173,7 @@ def precession(
     torque = float(physics.torque(mass, position, g))
     across = _across(transverse, inertia, mass * position**2)
     answer = predict_precession(torque, spin, inertia, across, pitch)
-    values = {
-        "inertia": inertia,
-        "spin": spin,
-        "pitch": pitch,
-        "mass": mass,
-        "position": position,
-        "g": g,
-        "torque": torque,
-        "transverse_inertia": across,
-    }
-    _write(answer, values, context, form)
+    _write(answer, context, form, torque=torque, transverse_inertia=across)
 
 
 @predict.command()
@@ -257,8 +231,7 @@ def earth(
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
     times = [3600 * row for row in (*rows, hours)]
     answer = predict_earth(latitude, times, inertia, spin)
-    values = {"latitude": latitude, "hours": hours, "inertia": inertia, "spin": spin}
-    _write(answer, values, context, form)
+    _write(answer, context, form, hours=hours)
 
 
 @predict.command()
@@ -305,14 +278,8 @@ def platform(
     """
     from gyrodata.physics.prediction import predict_platform
 
-    values = {
-        "wheel_inertia": wheel_inertia,
-        "wheel_spin": wheel_spin,
-        "platform_inertia": platform_inertia,
-        "from": start,
-        "to": end,
-    }
-    _write(predict_platform(*values.values()), values, context, form)
+    answer = predict_platform(wheel_inertia, wheel_spin, platform_inertia, start, end)
+    _write(answer, context, form)
 
 
 @predict.command()
@@ -353,13 +320,8 @@ def twist(
     """
     from gyrodata.physics.prediction import predict_twist
 
-    values = {
-        "wheel_inertia": wheel_inertia,
-        "wheel_spin": wheel_spin,
-        "time": time,
-        "handles": handles,
-    }
-    _write(predict_twist(*values.values()), values, context, form)
+    answer = predict_twist(wheel_inertia, wheel_spin, time, handles)
+    _write(answer, context, form)
 
 
 @predict.command()
@@ -400,25 +362,37 @@ def tip(
     """
     from gyrodata.physics.prediction import predict_tip
 
-    values = {
-        "force": force,
-        "length": length,
-        "inertia": inertia,
-        "spin": spin,
-        "transverse_inertia": _across(transverse, inertia),
-    }
-    _write(predict_tip(*values.values()), values, context, form)
+    across = _across(transverse, inertia)
+    answer = predict_tip(force, length, inertia, spin, across)
+    _write(answer, context, form, transverse_inertia=across)
 
 
 def _write(
     answer: Precession | Earth | Platform | Twist | Tip,
-    values: dict[str, float],
-    context: typer.Context,
+    context: Any,
     form: str,
+    **computed: float,
 ) -> None:
-    """Print a prediction with the numbers that it is for."""
+    """Print a prediction with the numbers that it is for, and where they come from."""
     from gyrodata.physics.prediction import prediction_text
     from gyrodata.results import to_json
 
-    answer = replace(answer, options=values, notes=tuple(_assumed(context)))
+    analysis = context.params.get("log")
+    doubts = analysis.doubts if analysis else ()
+    notes = [f"do not rely on I_zz: {doubt.words}" for doubt in doubts]
+    values: dict[str, float] = {}
+    for option in context.command.params:
+        if option.metavar != "QUANTITY":
+            continue
+        name = option.opts[0]
+        values[name.lstrip("-").replace("-", "_")] = context.params[option.name]
+        source = context.get_parameter_source(option.name)
+        if source.name == "DEFAULT_MAP":
+            text = context.default_map[option.name]
+            notes.append(f'{name} "{text}", from {analysis.name}')
+        elif source.name == "DEFAULT":
+            text = option.default or "1.3 times the inertia, plus m x^2"
+            notes.append(f'{name} "{text}", the default value')
+    values.pop("transverse", None)
+    answer = replace(answer, options=values | computed, notes=tuple(notes))
     write_answer(form, to_json(answer), prediction_text(answer))

@@ -229,21 +229,18 @@ def _scene_of(log: str) -> LabScene:
     return scene_of(fit_log(options.read([log]), Options()))
 
 
-SchemaName = Literal[
-    "analysis",
-    "check",
-    "grades",
-    "plan",
-    "predictions",
-    "selfcheck",
-    "rubric",
-    "diagnostics",
-]
-
-
 def schema(
     name: Annotated[
-        SchemaName,
+        Literal[
+            "analysis",
+            "check",
+            "grades",
+            "plan",
+            "predictions",
+            "selfcheck",
+            "rubric",
+            "diagnostics",
+        ],
         typer.Argument(
             metavar="NAME",
             show_choices=False,

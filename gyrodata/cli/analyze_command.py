@@ -17,7 +17,6 @@ from msgspec.structs import replace
 
 from gyrodata.base.disk import telling, write_folder, write_whole
 from gyrodata.base.errors import Diagnostic, count_text
-from gyrodata.cli import terminal
 from gyrodata.cli.new_table import write_new
 from gyrodata.cli.options import (
     ConfigOption,
@@ -26,6 +25,18 @@ from gyrodata.cli.options import (
     SettingsOption,
     input_of,
     stem_of,
+)
+from gyrodata.cli.terminal import (
+    answer_text,
+    columns,
+    complain,
+    explained,
+    finish,
+    in_parts,
+    refuse,
+    tell,
+    write_out,
+    write_text,
 )
 from gyrodata.readings import listing
 
@@ -44,8 +55,8 @@ DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 REPORT = ("report.html", "results.json", "runs.csv", *DOCUMENTS.values())
 """Files of a report, which could be logs; the page shows that a folder is a report."""
 
-FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
-FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
+DATA_TYPES = {".json", ".ndjson", ".jsonl", ".csv", ".xlsx"}
+FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".png", ".svg"}
 """Endings of a name that users mean as a file, not as the folder of a report."""
 
 PAUSE = 0.5
@@ -156,15 +167,15 @@ def analyze(
               gyro analyze demo.csv --worksheet
               gyro analyze demo.csv --no-report --format json
     """
-    parts = terminal.in_parts(logs, together, form)
+    parts = in_parts(logs, together, form)
     file, out = _file_and_folder(form, out)
     has_folder = out is not None or (form == "text" and "-" not in logs)
     has_report = has_folder and not no_report
     if table != "runs" and form != "csv":
-        terminal.refuse("table_for_csv", table=table)
+        refuse("table_for_csv", table=table)
     for option, is_used in {"--open": opened, "--out": out}.items():
         if is_used and not has_report:
-            terminal.refuse("option_without_report", option=option)
+            refuse("option_without_report", option=option)
     output = _Output(
         form=form,
         table=table,
@@ -190,7 +201,7 @@ def analyze(
     )
     if watched:
         if len(logs) > 1 or form != "text" or out:
-            terminal.refuse("watch_one_file")
+            refuse("watch_one_file")
         _watch(logs[0], reader, options)
         return
     output.begin()
@@ -198,7 +209,7 @@ def analyze(
     for part, folder in zip(parts, output.folders(parts), strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, folder))
     output.finish()
-    terminal.finish(worst, exit_zero)
+    finish(worst, exit_zero)
 
 
 def _file_and_folder(form: str, out: Path | None) -> tuple[Path | None, Path | None]:
@@ -207,16 +218,16 @@ def _file_and_folder(form: str, out: Path | None) -> tuple[Path | None, Path | N
         return None, None
     if out == Path("-"):
         if form == "text":
-            terminal.refuse("out_is_standard_output")
+            refuse("out_is_standard_output")
         # Data go to standard output without --out too.
         return None, None
     ending = out.suffix.lower()
     if ending in DATA.get(form, ()):
         return out, None
-    if ending in FILE_TYPES and not out.is_dir():
+    if ending in FILE_TYPES | DATA_TYPES and not out.is_dir():
         data = form if form in DATA else "json"
         folder = out.with_suffix("")
-        terminal.refuse("out_is_a_file", out=out, folder=folder, form=data)
+        refuse("out_is_a_file", out=out, folder=folder, form=data)
     return None, out
 
 
@@ -250,9 +261,9 @@ def _analyze_part(
         analysis = analyze_readings(readings, options)
         text = output.text_of(analysis)
     except Exception as error:
-        findings, code = terminal.explained(error, name)
+        findings, code = explained(error, name)
         output.show(output.text_without(name, readings, options, findings))
-        terminal.complain(findings, output.quiet)
+        complain(findings, output.quiet)
         return code
     # The answer is on the screen while the figures are drawn.
     output.show(text)
@@ -263,10 +274,10 @@ def _analyze_part(
             faults = output.write_report(analysis, folder)
         except Exception as error:
             # The answer is right also if its report cannot be made.
-            faults, code = terminal.explained(error, name)
+            faults, code = explained(error, name)
             folder = None
         findings = (*findings, *faults)
-    terminal.complain(findings, output.quiet)
+    complain(findings, output.quiet)
     output.end(analysis, findings, folder)
     return code
 
@@ -321,7 +332,7 @@ class _Output(Struct):
         sources = {Path(log.path).resolve() for log in logs}
         for out in outputs:
             if out.resolve() in sources or (out.exists() and not is_ours):
-                terminal.refuse("file_exists", out=out)
+                refuse("file_exists", out=out)
 
     def begin(self) -> None:
         """Write the first line of a table."""
@@ -342,17 +353,18 @@ class _Output(Struct):
             return latex_report(analysis)
         after = "\n" * self.several
         if self.form == "markdown":
-            from gyrodata.reporting import markdown, page
+            from gyrodata.reporting.markdown import markdown_report
+            from gyrodata.reporting.page import shown_form
 
-            figures = f"{{}}.{page.shown_form(self.figures)}"
-            return markdown.markdown_report(analysis, figures) + after
+            figures = f"{{}}.{shown_form(self.figures)}"
+            return markdown_report(analysis, figures) + after
         if self.form == "text":
             from gyrodata.reporting.text import summary
 
             more = "More: the same command with -v"
             more += ", or open the HTML report" * self.has_report
-            return summary(analysis, self.verbose, more, terminal.columns()) + after
-        return terminal.answer_text(self.form, analysis.to_dict())
+            return summary(analysis, self.verbose, more, columns()) + after
+        return answer_text(self.form, analysis.to_dict())
 
     def text_without(
         self,
@@ -375,15 +387,15 @@ class _Output(Struct):
             result=None,
             diagnostics=tuple([finding.to_dict() for finding in findings]),
         )
-        return terminal.answer_text(self.form, to_json(document))
+        return answer_text(self.form, to_json(document))
 
     def show(self, text: str) -> None:
         """Print a text, or keep it for the file."""
         self.parts.append(text)
         if self.form == "text":
-            terminal.write_text(text)
+            write_text(text)
         elif self.file is None:
-            terminal.write_out(text)
+            write_out(text)
 
     def write_report(self, analysis: Analysis, folder: Path) -> Sequence[Diagnostic]:
         """Write the report of an answer into a folder.
@@ -414,13 +426,13 @@ class _Output(Struct):
         if self.quiet:
             return
         if folder is not None:
-            terminal.tell(f"report: {folder / DOCUMENTS.get(self.form, 'report.html')}")
-        warnings = [finding for finding in findings if finding.severity == "warning"]
+            tell(f"report: {folder / DOCUMENTS.get(self.form, 'report.html')}")
+        warnings = sum(finding.severity == "warning" for finding in findings)
         if warnings and self.form == "text" and sys.stdout.isatty():
             from gyrodata.reporting.text import answer_line
 
-            count = count_text(len(warnings), "warning")
-            terminal.tell(f"{count} above; {answer_line(analysis)}")
+            count = count_text(warnings, "warning")
+            tell(f"{count} above; {answer_line(analysis)}")
 
     def finish(self) -> None:
         """Write the file, if the data go into one."""
@@ -436,14 +448,14 @@ def demo(opened: OpenOption = False) -> None:
 
     Example:  gyro demo
     """
-    from gyrodata.cli import documentation
+    from gyrodata.cli.documentation import FOLDER
 
     log = Path("demo.csv")
-    write_new(log, (documentation.FOLDER / log).read_bytes())
-    terminal.tell(
-        "demo.csv is a sample log: change a number in it, then type: gyro check demo.csv",
+    write_new(log, (FOLDER / log).read_bytes())
+    tell(
+        "change a number in demo.csv, then type: gyro check demo.csv",
         "for your own log: gyro template --out log.xlsx",
-        "for a guide from Excel to the report: gyro explain first-timer",
+        "for a guide: gyro explain first-timer",
     )
     analyze([log.name], opened=opened)
 
@@ -463,7 +475,7 @@ def _watch(log: str, reader: Reader, options: Options) -> None:
 
     path = Path(log)
     if not path.is_file():
-        terminal.refuse("watch_one_file")
+        refuse("watch_one_file")
     constants = reader.constants_of(log)
     options = replace(options, config=reader.name_of_constants(log))
     for data in contents(path):
@@ -475,7 +487,7 @@ def _watch(log: str, reader: Reader, options: Options) -> None:
             if checked.analysis is not None:
                 text += f"{answer_line(checked.analysis)}\n"
         Console().clear()
-        terminal.write_text(f"watching {path.name}; Ctrl-C ends it\n{text}")
+        write_text(f"watching {path.name}; Ctrl-C ends it\n{text}")
 
 
 def contents(path: Path) -> Iterator[bytes | None]:

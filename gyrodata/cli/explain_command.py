@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from pathlib import Path
@@ -11,17 +10,22 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from gyrodata.base import diagnostics
+from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import PICTURES
-from gyrodata.cli import documentation
-from gyrodata.cli.documentation import COMMANDS
+from gyrodata.cli.documentation import (
+    COMMANDS,
+    PAGES,
+    for_terminal,
+    page_text,
+    page_title,
+)
 from gyrodata.cli.options import settings_file
 from gyrodata.cli.terminal import refuse, write_text
 
 
 def _topics() -> list[str]:
     """List the pages and codes, for a shell that completes commands."""
-    return [*documentation.PAGES, *diagnostics.explanations()]
+    return [*PAGES, *explanations()]
 
 
 def explain(
@@ -48,10 +52,10 @@ def explain(
 
 def _contents() -> str:
     """List the pages and the words."""
-    longest = max(map(len, documentation.PAGES))
+    longest = max(map(len, PAGES))
     pages = ""
-    for name in documentation.PAGES:
-        title = documentation.page_title(name)
+    for name in PAGES:
+        title = page_title(name)
         pages += f"  gyro explain {name:<{longest}}  {title}\n"
     words = [names.split(", ")[0] for names in _glossary()]
     listed = ", ".join(word for word in words if not word.startswith("u_"))
@@ -67,7 +71,7 @@ def _contents() -> str:
 def _glossary() -> dict[str, str]:
     """Read the texts about words and about keys of a log, by all their names."""
     texts = {}
-    for entry in documentation.page_text("glossary").split("\n### ")[1:]:
+    for entry in page_text("glossary").split("\n### ")[1:]:
         names, _, text = entry.partition("\n")
         text = text.partition("\n## ")[0].strip("\n")
         texts[names] = f"{names}:\n{indent(text, '  ')}\n"
@@ -87,20 +91,23 @@ def _text_about(asked: str) -> str:
     InputError
         If there is no such name; the message proposes the nearest one.
     """
-    codes = diagnostics.explanations()
+    codes = explanations()
     words = {name: entry for entry in _glossary() for name in entry.split(", ")}
-    topics = {_folded(name): name for name in (*words, *codes, *documentation.PAGES)}
+    topics = {_folded(name): name for name in (*words, *codes, *PAGES)}
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in topics:
         _refuse_unknown(asked, name, topics)
     topic = topics[name]
-    if topic in documentation.PAGES:
-        page = documentation.page_text(topic)
-        return documentation.for_terminal(page) if sys.stdout.isatty() else page
+    if topic in PAGES:
+        page = page_text(topic)
+        return for_terminal(page) if sys.stdout.isatty() else page
     if topic in codes:
         return _about_code(topic)
     text = _glossary()[words[topic]]
-    return text + _settings_here() if topic == "settings" else text
+    if topic == "settings":
+        file = settings_file(Path.cwd()) or "none"
+        text += f"  The file for a log in this folder: {file}\n"
+    return text
 
 
 def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
@@ -112,29 +119,16 @@ def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
     hints = [f"did you mean {topics[topic]}?" for topic in near]
     if name in COMMANDS:
         hints.append(f"for the options of the command: gyro {name} --help")
-    pages = [
-        page
-        for page in documentation.PAGES
-        if asked.lower() in documentation.page_text(page).lower()
-    ]
+    pages = [page for page in PAGES if asked.lower() in page_text(page).lower()]
     if pages:
         hints.append(f"these pages contain it: {', '.join(pages)}")
     words = "gyro explain lists words, and codes such as G454"
     refuse("nothing_to_explain", asked=asked, hint="; ".join(hints) or words)
 
 
-def _settings_here() -> str:
-    """Say which file of settings a log in this folder uses."""
-    variable = os.environ.get("GYRO_CONFIG") or "not set"
-    file = settings_file(Path.cwd()) or "none"
-    return (
-        f"  GYRO_CONFIG now: {variable}\n  The file for a log in this folder: {file}\n"
-    )
-
-
 def _about_code(code: str) -> str:
     """Describe the meaning and the remedy of a code, with an example."""
-    entry = diagnostics.explanations()[code]
+    entry = explanations()[code]
     example = entry.example or "(an empty file)"
     if example.split()[0] in COMMANDS:
         example = f"gyro {example}"

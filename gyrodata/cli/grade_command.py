@@ -202,7 +202,8 @@ def grade(
         refuse("nothing_to_grade")
     folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
-    from gyrodata.grading import classroom, output
+    from gyrodata.grading import output
+    from gyrodata.grading.classroom import JOURNAL, GradingOptions, grade_class
     from gyrodata.grading.rubric import unknown_exceptions
     from gyrodata.grading.submissions import list_submissions
 
@@ -216,15 +217,15 @@ def grade(
     target = None if dry_run else folder
     with _alone_in(target):
         with progress_bar(len(listed.items), "graded", quiet) as progress:
-            options = classroom.GradingOptions(
+            options = GradingOptions(
                 workers=count_workers() if workers is None else workers,
                 limit=timeout,
                 cluster=cluster,
-                journal=folder and folder / classroom.JOURNAL,
+                journal=folder and folder / JOURNAL,
                 keep=not dry_run,
                 progress=progress,
             )
-            grades = classroom.grade_class(
+            grades = grade_class(
                 listed, inputs.rubric, options, earlier, desk, inputs.roster
             )
         complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
@@ -307,17 +308,17 @@ def _read_inputs(
 
 def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
     """Read the decisions of people in the folder of the grades."""
-    from gyrodata.grading import ledger
+    from gyrodata.grading.ledger import DESK, NO_DESK, read_desk
 
-    desks = [desk for desk in (home / ledger.DESK, home / "desk.xlsx") if desk.exists()]
+    desks = [desk for desk in (home / DESK, home / "desk.xlsx") if desk.exists()]
     if len(desks) > 1:
         refuse("two_desks", home=home)
     for copy in sorted(home.glob("desk*([0-9]*).csv")):
         refuse("desk_of_browser", home=home, name=copy.name)
     if not desks:
-        return ledger.NO_DESK
+        return NO_DESK
     meant = inputs.roster.who_is_meant(listed.items)
-    return ledger.read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
+    return read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
 
 
 def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | None:

@@ -156,8 +156,7 @@ def settings_file(folder: Path | None) -> Path | None:
 def stem_of(log: Path) -> str:
     """Return the name of a log without its ending: "lab" of lab.csv.gz."""
     name = "stdin" if log == Path("-") else log.name.removesuffix(".gz")
-    # A folder that is given by mistake may have no name: "." or "/".
-    return Path(name).stem or "log"
+    return Path(name).stem
 
 
 def with_units(items: str) -> list[str]:

@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyrodata.cli import options
 from gyrodata.cli.new_table import shown, write_table
+from gyrodata.cli.options import (
+    ConfigOption,
+    FormatOption,
+    MappingOption,
+    SettingsOption,
+    list_option,
+    quantity,
+    read,
+)
 from gyrodata.cli.terminal import columns, tell, write_answer
 
 if TYPE_CHECKING:
@@ -20,8 +28,8 @@ if TYPE_CHECKING:
 
 def _part_of(text: str) -> float:
     """Read "0.5%" or "0.5" as a part of I_zz [1]."""
-    percent = text.strip().removesuffix("%")
-    return options.quantity("--goal", percent, "number", "above zero") / 100
+    percent = text.removesuffix("%")
+    return quantity("--goal", percent, "number", "above zero") / 100
 
 
 def plan(
@@ -34,7 +42,7 @@ def plan(
     ] = None,
     weights: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--weights",
             "mass",
             "above zero",
@@ -43,7 +51,7 @@ def plan(
     ] = None,
     positions: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--positions",
             "length",
             "above zero",
@@ -52,7 +60,7 @@ def plan(
     ] = None,
     spins: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--spins",
             "rate",
             "above zero",
@@ -61,7 +69,7 @@ def plan(
     ] = None,
     turns: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--turns",
             "number",
             "above zero",
@@ -87,10 +95,10 @@ def plan(
             "--out", "-o", metavar="FILE", help="Write the runs as a log to fill in."
         ),
     ] = None,
-    form: options.FormatOption = "text",
-    settings: options.SettingsOption = None,
-    mapping: options.MappingOption = None,
-    config: options.ConfigOption = None,
+    form: FormatOption = "text",
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
 ) -> None:
     r"""List the runs that reduce u of I_zz most for each minute of lab time.
 
@@ -103,9 +111,9 @@ def plan(
                 --spins 200,400,600rpm \
                 --minutes 20 --goal 0.5%
     """
-    from gyrodata.trials import plan as planning
+    from gyrodata.trials.plan import Limits, plan_lab, plan_log
 
-    limits = planning.Limits(
+    limits = Limits(
         masses=weights or (),
         positions=positions or (),
         spins=spins or (),
@@ -114,10 +122,10 @@ def plan(
         goal=goal,
     )
     if log is None:
-        planned = planning.plan_lab(limits)
+        planned = plan_lab(limits)
     else:
-        analysis = _analyzed(options.read([log], settings, mapping, config))
-        planned = planning.plan_log(analysis.lab, limits)
+        analysis = _analyzed(read([log], settings, mapping, config))
+        planned = plan_log(analysis.lab, limits)
     if out != Path("-"):
         write_answer(form, planned.to_dict(), plan_text(planned, minutes))
     if out is not None:
@@ -138,27 +146,25 @@ def _analyzed(readings: Readings) -> Analysis:
 
 
 def plan_text(plan: Plan, minutes: float) -> str:
-    """Write a plan as text."""
+    """Write a plan as text: its runs, what it reaches, and what limits u then."""
     lines = []
     if plan.now is not None:
-        lines += [f"u of I_zz is {_percent(plan.now)} now."]
-        lines += ["The next run, the best for its time first:"]
-        lines += [*_table(plan.choices), ""]
-    title = f"A plan for {minutes:g} minutes, in this order:"
+        lines += [
+            f"u of I_zz is {_percent(plan.now)} now.",
+            "The next run, the best for its time first:",
+            *_table(plan.choices),
+            "",
+        ]
     if plan.minutes > minutes:
-        title = f"The first runs of a lab, which take more than {minutes:g} minutes:"
+        lines.append(
+            f"The first runs of a lab, which take more than {minutes:g} minutes:"
+        )
+    else:
+        lines.append(f"A plan for {minutes:g} minutes, in this order:")
     runs = (*plan.first, *plan.runs)
-    lines += [title, *_table(runs)] if runs else [f"No run: {plan.end}."]
-    lines += ["", *_result(plan)]
-    if plan.others:
-        lines += ["", "What else would then reduce u:"]
-        lines += [f"  {other.words}: u {_percent(other.u)}" for other in plan.others]
-    return "\n".join(lines) + "\n"
-
-
-def _result(plan: Plan) -> list[str]:
-    """Say what the plan reaches, and what limits u then."""
-    lines = [f"Then u of I_zz is {_percent(plan.u)}, after {plan.minutes:.0f} minutes."]
+    lines += _table(runs) if runs else [f"  No run: {plan.end}."]
+    u = _percent(plan.u)
+    lines += ["", f"Then u of I_zz is {u}, after {plan.minutes:.0f} minutes."]
     if plan.goal is not None and plan.u > plan.goal:
         lines.append(f"The goal of {_percent(plan.goal)} is not reached: {plan.end}.")
     elif plan.runs:
@@ -166,7 +172,11 @@ def _result(plan: Plan) -> list[str]:
     lines.append(f"The largest uncertainty is then: {plan.limit}.")
     for role, example in plan.left_out.items():
         lines.append(f"Left out: runs of a doubtful {role}, such as {example}.")
-    return lines
+    if plan.others:
+        lines += ["", "What else would then reduce u:"]
+    for other in plan.others:
+        lines.append(f"  {other.words}: u {_percent(other.u)}")
+    return "\n".join(lines) + "\n"
 
 
 def _table(runs: Sequence[PlannedRun]) -> list[str]:

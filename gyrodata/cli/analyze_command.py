@@ -171,11 +171,6 @@ def analyze(
     file, out = _file_and_folder(form, out)
     has_folder = out is not None or (form == "text" and "-" not in logs)
     has_report = has_folder and not no_report
-    if table != "runs" and form != "csv":
-        refuse("table_for_csv", table=table)
-    for option, is_used in {"--open": opened, "--out": out}.items():
-        if is_used and not has_report:
-            refuse("option_without_report", option=option)
     output = _Output(
         form=form,
         table=table,
@@ -189,6 +184,7 @@ def analyze(
         opened=opened,
         quiet=quiet,
     )
+    output.refuse_contradictions()
     from gyrodata.results import Options
 
     reader = Reader.of_options(settings, mapping, config, quiet)
@@ -200,9 +196,9 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        if len(logs) > 1 or form != "text" or out:
+        if form != "text" or out:
             refuse("watch_one_file")
-        _watch(logs[0], reader, options)
+        _watch(logs, reader, options)
         return
     output.begin()
     worst = 0
@@ -301,6 +297,14 @@ class _Output(Struct):
     quiet: bool
     parts: list[str] = []
     """The texts so far."""
+
+    def refuse_contradictions(self) -> None:
+        """Refuse options that contradict each other."""
+        if self.table != "runs" and self.form != "csv":
+            refuse("table_for_csv", table=self.table)
+        for option, is_used in {"--open": self.opened, "--out": self.out}.items():
+            if is_used and not self.has_report:
+                refuse("option_without_report", option=option)
 
     def folders(self, parts: Sequence[Sequence[Log]]) -> Iterator[Path | None]:
         """Yield the folder of each report; None without a report.
@@ -419,7 +423,7 @@ class _Output(Struct):
         self, analysis: Analysis, findings: Sequence[Diagnostic], folder: Path | None
     ) -> None:
         """Print where the report is, and the answer if messages moved it off a screen."""
-        if folder is not None and self.opened:
+        if folder and self.opened:
             import webbrowser
 
             webbrowser.open((folder / "report.html").resolve().as_uri())
@@ -463,7 +467,7 @@ def demo(opened: OpenOption = False) -> None:
 # --- --watch: the answer again whenever the log is saved ---
 
 
-def _watch(log: str, reader: Reader, options: Options) -> None:
+def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
     On a terminal, each state replaces the last one.
@@ -473,11 +477,11 @@ def _watch(log: str, reader: Reader, options: Options) -> None:
     from gyrodata.cli.check_command import check_log
     from gyrodata.reporting.text import answer_line
 
-    path = Path(log)
-    if not path.is_file():
+    path = Path(logs[0])
+    if len(logs) > 1 or not path.is_file():
         refuse("watch_one_file")
-    constants = reader.constants_of(log)
-    options = replace(options, config=reader.name_of_constants(log))
+    constants = reader.constants_of(logs[0])
+    options = replace(options, config=reader.name_of_constants(logs[0]))
     for data in contents(path):
         text = f"{path.name}: cannot be read now\n"
         if data is not None:

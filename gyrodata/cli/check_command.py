@@ -151,7 +151,8 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
     for mass in (*half, *middle, *reversed(half)):
         position_cell = arm if mass != "0" else ""
         lines.append(f"{mass},{position_cell},,,,,{next(notes[mass])}")
-    return "\n".join(lines) + "\n"
+    lines.append("")
+    return "\n".join(lines)
 
 
 def _notes(aims: Sequence[str], first: int) -> Iterator[str]:

@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Sequence
+from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -48,7 +49,7 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
     values: dict[str, str] = {}
     for item in texts or []:
         key, _, value = (part.strip() for part in item.partition("="))
-        if not key or not value:
+        if not (key and value):
             refuse("option_not_a_pair", option=option, item=item)
         if values.setdefault(key, value) != value:
             refuse("option_given_twice", option=option, key=key)
@@ -147,7 +148,7 @@ def settings_file(folder: Path | None) -> Path | None:
     for place in (start, *start.parents):
         settings = place / "gyro.toml"
         if settings.is_file():
-            return Path(os.path.relpath(settings))
+            return Path(relpath(settings))
         if place == Path.home() or (place / ".git").exists():
             break
     return None
@@ -224,14 +225,15 @@ def quantity(option: str, text: str, kind: str, bound: str = "") -> float:
     InputError
         If there is no such number, or no laboratory has such a value.
     """
-    from gyrodata.quantities import notation, units
+    from gyrodata.quantities.notation import parse_quantity
+    from gyrodata.quantities.units import LIMITS, SI, UnitError
 
     try:
-        value = notation.parse_quantity(text, kind)
-    except units.UnitError as error:
+        value = parse_quantity(text, kind)
+    except UnitError as error:
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
     shown = f'{option} "{text.strip()[:40]}"'
-    low, high = units.LIMITS[kind]
+    low, high = LIMITS[kind]
     size = abs(value)
     broken = {
         "above zero": value <= 0,
@@ -245,6 +247,6 @@ def quantity(option: str, text: str, kind: str, bound: str = "") -> float:
     # No angle is too small: the pitch of a level rod may be nearly zero.
     is_small = 0 < size < low and kind != "angle"
     if is_small or size > high:
-        limits = f"from {low:g} to {high:g} {units.SI[kind]}".rstrip()
+        limits = f"from {low:g} to {high:g} {SI[kind]}".rstrip()
         refuse("option_impossible", shown=shown, bound=limits)
     return value

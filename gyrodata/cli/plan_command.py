@@ -176,7 +176,8 @@ def plan_text(plan: Plan, minutes: float) -> str:
         lines += ["", "What else would then reduce u:"]
     for other in plan.others:
         lines.append(f"  {other.words}: u {_percent(other.u)}")
-    return "\n".join(lines) + "\n"
+    lines.append("")
+    return "\n".join(lines)
 
 
 def _table(runs: Sequence[PlannedRun]) -> list[str]:
@@ -226,4 +227,5 @@ def _log_to_fill_in(runs: Sequence[PlannedRun]) -> str:
             time = "watch it for 3 minutes"
             row = "0,,,,,"
         lines += [f"# aim at {_rpm(run)} rpm ({time})", row]
-    return "\n".join(lines) + "\n"
+    lines.append("")
+    return "\n".join(lines)

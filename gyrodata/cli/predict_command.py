@@ -67,15 +67,17 @@ WheelInertia = Annotated[
 ]
 
 
-def _of_log(context: typer.Context, log: str | None) -> Any:
-    """Analyze the log of --log; its values take the place of the default values."""
-    if log is None:
-        return None
-    from gyrodata.analysis import analyze_readings
+def _with_log(context: typer.Context, log: str | None) -> Any:
+    """Let the values of the log of --log take the place of the default values.
 
-    analysis = analyze_readings(read([log]))
-    context.default_map = dict(_values_of(analysis))
-    return analysis
+    The result contains the numbers of all options.
+    """
+    if log is not None:
+        from gyrodata.analysis import analyze_readings
+
+        context.obj = analyze_readings(read([log]))
+        context.default_map = dict(_values_of(context.obj))
+    return context
 
 
 LogOption = Annotated[
@@ -84,7 +86,7 @@ LogOption = Annotated[
         "--log",
         metavar="LOG",
         is_eager=True,
-        callback=_of_log,
+        callback=_with_log,
         help="Read numbers that no option gives from this log.",
     ),
 ]
@@ -125,7 +127,6 @@ def _across(given: float | None, inertia: float, load: float = 0.0) -> float:
 
 @predict.command()
 def precession(
-    context: typer.Context,
     inertia: Inertia = INERTIA,
     spin: Spin = SPIN,
     transverse: Transverse = None,
@@ -155,7 +156,7 @@ def precession(
         Any,
         quantity_option("--g", "acceleration", "above zero", words="Gravity."),
     ] = "9.80665 m/s^2",
-    log: LogOption = None,
+    numbers: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict steady precession, and a released or upright rod.
@@ -173,12 +174,11 @@ def precession(
     torque = float(physics.torque(mass, position, g))
     across = _across(transverse, inertia, mass * position**2)
     answer = predict_precession(torque, spin, inertia, across, pitch)
-    _write(answer, context, form, torque=torque, transverse_inertia=across)
+    _write(answer, numbers, form, torque=torque, transverse_inertia=across)
 
 
 @predict.command()
 def earth(
-    context: typer.Context,
     latitude: Annotated[
         Any,
         quantity_option(
@@ -213,7 +213,7 @@ def earth(
             words="Spin; counterclockwise seen from the tip is positive.",
         ),
     ] = SPIN,
-    log: LogOption = None,
+    numbers: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict the directions of gyroscopes as the Earth rotates.
@@ -231,12 +231,11 @@ def earth(
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
     times = [3600 * row for row in (*rows, hours)]
     answer = predict_earth(latitude, times, inertia, spin)
-    _write(answer, context, form, hours=hours)
+    _write(answer, numbers, form, hours=hours)
 
 
 @predict.command()
 def platform(
-    context: typer.Context,
     wheel_inertia: WheelInertia = "0.1 kg m^2",
     wheel_spin: Annotated[
         Any,
@@ -278,13 +277,18 @@ def platform(
     """
     from gyrodata.physics.prediction import predict_platform
 
-    answer = predict_platform(wheel_inertia, wheel_spin, platform_inertia, start, end)
-    _write(answer, context, form)
+    values = {
+        "wheel_inertia": wheel_inertia,
+        "wheel_spin": wheel_spin,
+        "platform_inertia": platform_inertia,
+        "from": start,
+        "to": end,
+    }
+    _print(predict_platform(*values.values()), values, [], form)
 
 
 @predict.command()
 def twist(
-    context: typer.Context,
     wheel_inertia: WheelInertia = "0.1 kg m^2",
     wheel_spin: Annotated[
         Any,
@@ -320,13 +324,17 @@ def twist(
     """
     from gyrodata.physics.prediction import predict_twist
 
-    answer = predict_twist(wheel_inertia, wheel_spin, time, handles)
-    _write(answer, context, form)
+    values = {
+        "wheel_inertia": wheel_inertia,
+        "wheel_spin": wheel_spin,
+        "time": time,
+        "handles": handles,
+    }
+    _print(predict_twist(*values.values()), values, [], form)
 
 
 @predict.command()
 def tip(
-    context: typer.Context,
     force: Annotated[
         Any,
         quantity_option(
@@ -348,7 +356,7 @@ def tip(
     inertia: Inertia = INERTIA,
     spin: Spin = SPIN,
     transverse: Transverse = None,
-    log: LogOption = None,
+    numbers: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict the motion of the rod's tip under a steady force.
@@ -364,35 +372,40 @@ def tip(
 
     across = _across(transverse, inertia)
     answer = predict_tip(force, length, inertia, spin, across)
-    _write(answer, context, form, transverse_inertia=across)
+    _write(answer, numbers, form, transverse_inertia=across)
 
 
 def _write(
-    answer: Precession | Earth | Platform | Twist | Tip,
-    context: Any,
-    form: str,
-    **computed: float,
+    answer: Precession | Earth | Tip, numbers: Any, form: str, **computed: float
 ) -> None:
-    """Print a prediction with the numbers that it is for, and where they come from."""
+    """Print a prediction with the numbers of its options, and where they come from."""
+    analysis = numbers.obj
+    doubts = analysis.doubts if analysis else ()
+    notes = [f"do not rely on I_zz: {doubt.words}" for doubt in doubts]
+    values = {}
+    for option in numbers.command.params:
+        if option.metavar != "QUANTITY":
+            continue
+        values[option.name] = numbers.params[option.name]
+        source = numbers.get_parameter_source(option.name).name
+        if source == "DEFAULT_MAP":
+            text = numbers.default_map[option.name]
+            notes.append(f'{option.opts[0]} "{text}", from {analysis.name}')
+        elif source == "DEFAULT":
+            text = option.default or f"{computed['transverse_inertia']:.9g} kg m^2"
+            notes.append(f'{option.opts[0]} "{text}", the default value')
+    values.pop("transverse", None)
+    _print(answer, values | computed, notes, form)
+
+
+def _print(
+    answer: Precession | Earth | Platform | Twist | Tip,
+    values: dict[str, float],
+    notes: list[str],
+    form: str,
+) -> None:
     from gyrodata.physics.prediction import prediction_text
     from gyrodata.results import to_json
 
-    analysis = context.params.get("log")
-    doubts = analysis.doubts if analysis else ()
-    notes = [f"do not rely on I_zz: {doubt.words}" for doubt in doubts]
-    values: dict[str, float] = {}
-    for option in context.command.params:
-        if option.metavar != "QUANTITY":
-            continue
-        name = option.opts[0]
-        values[name.lstrip("-").replace("-", "_")] = context.params[option.name]
-        source = context.get_parameter_source(option.name)
-        if source.name == "DEFAULT_MAP":
-            text = context.default_map[option.name]
-            notes.append(f'{name} "{text}", from {analysis.name}')
-        elif source.name == "DEFAULT":
-            text = option.default or "1.3 times the inertia, plus m x^2"
-            notes.append(f'{name} "{text}", the default value')
-    values.pop("transverse", None)
-    answer = replace(answer, options=values | computed, notes=tuple(notes))
+    answer = replace(answer, options=values, notes=tuple(notes))
     write_answer(form, to_json(answer), prediction_text(answer))

@@ -97,17 +97,23 @@ def _nearest(wrong: Sequence[str], command: Any) -> str:
     """Propose the option, value or command that is nearest to a wrong word."""
     from difflib import get_close_matches
 
-    known = {name: name for name in getattr(command, "commands", ())}
-    for option in command.params:
-        if option.param_type_name == "option":
-            for value in option.type_descriptor.choices or ():
-                known.setdefault(value, f"{option.opts[0]} {value}")
-            known |= {name.lstrip("-"): name for name in option.opts}
+    known = _known_words(command)
     for word in wrong:
         for near in get_close_matches(word.lower().lstrip("-"), known, n=1):
             if known[near] != word:
                 return f"did you mean {known[near]}?"
     return ""
+
+
+def _known_words(command: Any) -> dict[str, str]:
+    """Return what a user can mean by a word, and how to type it."""
+    known = {name: name for name in getattr(command, "commands", ())}
+    options = [param for param in command.params if param.opts[0].startswith("-")]
+    for option in options:
+        for value in option.type_descriptor.choices or ():
+            known.setdefault(value, f"{option.opts[0]} {value}")
+        known |= {name.lstrip("-"): name for name in option.opts}
+    return known
 
 
 def _example(context: Any) -> str:

@@ -206,20 +206,20 @@ def benchmark(
     Example:  gyro benchmark --quick --out charts
     """
     from gyrodata.base.workers import count_workers
-    from gyrodata.trials.benchmark import report
+    from gyrodata.trials.benchmark.report import FULL, QUICK, files, run
 
     own = None if log is None else _scene_of(log)
     # Test first that the folder can be written, because the benchmark takes minutes.
     with telling(out):
         write_folder(out, {})
-    effort = report.QUICK if quick else report.FULL
+    effort = QUICK if quick else FULL
     workers = count_workers()
     with progress_bar(100, "per cent") as progress:
-        tables = report.run(effort, workers, own, progress)
+        tables = run(effort, workers, own, progress)
     name = named_logs([log])[0].name if log else ""
-    files = report.files(tables, name, workers)
+    pages = files(tables, name, workers)
     with telling(out):
-        write_folder(out, files)
+        write_folder(out, pages)
     tell(f"page: {out / 'benchmark.html'}")
 
 

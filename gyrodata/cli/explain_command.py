@@ -70,7 +70,7 @@ def _contents() -> str:
 
 def _glossary() -> dict[str, str]:
     """Read the texts about words and about keys of a log, by all their names."""
-    texts = {}
+    texts: dict[str, str] = {}
     for entry in page_text("glossary").split("\n### ")[1:]:
         names, _, text = entry.partition("\n")
         text = text.partition("\n## ")[0].strip("\n")
@@ -92,8 +92,10 @@ def _text_about(asked: str) -> str:
         If there is no such name; the message proposes the nearest one.
     """
     codes = explanations()
-    words = {name: entry for entry in _glossary() for name in entry.split(", ")}
-    topics = {_folded(name): name for name in (*words, *codes, *PAGES)}
+    texts: dict[str, str] = {}
+    for names, text in _glossary().items():
+        texts |= dict.fromkeys(names.split(", "), text)
+    topics = {_folded(name): name for name in (*texts, *codes, *PAGES)}
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in topics:
         _refuse_unknown(asked, name, topics)
@@ -103,7 +105,7 @@ def _text_about(asked: str) -> str:
         return for_terminal(page) if sys.stdout.isatty() else page
     if topic in codes:
         return _about_code(topic)
-    text = _glossary()[words[topic]]
+    text = texts[topic]
     if topic == "settings":
         file = settings_file(Path.cwd()) or "none"
         text += f"  The file for a log in this folder: {file}\n"

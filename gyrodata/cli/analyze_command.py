@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections import Counter
@@ -18,7 +17,6 @@ from msgspec.structs import replace
 
 from gyrodata.base.disk import telling, write_folder, write_whole
 from gyrodata.base.errors import Diagnostic, count_text
-from gyrodata.cli import terminal
 from gyrodata.cli.new_table import write_new
 from gyrodata.cli.options import (
     ConfigOption,
@@ -28,11 +26,24 @@ from gyrodata.cli.options import (
     input_of,
     stem_of,
 )
+from gyrodata.cli.terminal import (
+    answer_text,
+    columns,
+    complain,
+    explained,
+    finish,
+    in_parts,
+    refuse,
+    tell,
+    write_out,
+    write_text,
+)
 from gyrodata.readings import listing
 
 if TYPE_CHECKING:
     from gyrodata.cli.terminal import Log
     from gyrodata.readings import Readings
+    from gyrodata.reporting.page import Form
     from gyrodata.results import Analysis, Options
 
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
@@ -44,18 +55,13 @@ DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 REPORT = ("report.html", "results.json", "runs.csv", *DOCUMENTS.values())
 """Files of a report, which could be logs; the page shows that a folder is a report."""
 
-FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
-FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
+DATA_TYPES = {".json", ".ndjson", ".jsonl", ".csv", ".xlsx"}
+FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".png", ".svg"}
 """Endings of a name that users mean as a file, not as the folder of a report."""
 
 PAUSE = 0.5
 """Time between two looks at a watched file [s]."""
 
-Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
-Model = Literal["auto", "horizontal", "steady", "released"]
-Figures = Literal["png", "svg", "pdf"]
-Style = Literal["screen", "print"]
-Table = Literal["runs", "logs"]
 OpenOption = Annotated[
     bool, typer.Option("--open", help="Open the report in the browser.")
 ]
@@ -67,7 +73,8 @@ def analyze(
         typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
     ],
     form: Annotated[
-        Format, typer.Option("--format", "-f", help="What to write to standard output.")
+        Literal["text", "json", "ndjson", "csv", "markdown", "latex"],
+        typer.Option("--format", "-f", help="What to write to standard output."),
     ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
@@ -84,7 +91,7 @@ def analyze(
         ),
     ] = None,
     table: Annotated[
-        Table,
+        Literal["runs", "logs"],
         typer.Option(
             "--table", help="For --format csv: one row for each run, or for each log."
         ),
@@ -93,10 +100,11 @@ def analyze(
         bool, typer.Option("--no-report", help="Write no report.")
     ] = False,
     figures: Annotated[
-        Figures, typer.Option("--figures", help="File type of the figures.")
+        Literal["png", "svg", "pdf"],
+        typer.Option("--figures", help="File type of the figures."),
     ] = "svg",
     style: Annotated[
-        Style,
+        Literal["screen", "print"],
         typer.Option(
             "--style",
             help="Figures for the screen or for one column of a printed page (300 dots"
@@ -104,7 +112,7 @@ def analyze(
         ),
     ] = "screen",
     model: Annotated[
-        Model,
+        Literal["auto", "horizontal", "steady", "released"],
         typer.Option(
             "--model",
             help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "
@@ -159,13 +167,10 @@ def analyze(
               gyro analyze demo.csv --worksheet
               gyro analyze demo.csv --no-report --format json
     """
-    parts = terminal.in_parts(logs, together, form)
-    file = None
-    if form != "text" and out == Path("-"):
-        # Data go to standard output without --out too.
-        out = None
-    elif out is not None and out.suffix.lower() in DATA.get(form, ()):
-        file, out = out, None
+    parts = in_parts(logs, together, form)
+    file, out = _file_and_folder(form, out)
+    has_folder = out is not None or (form == "text" and "-" not in logs)
+    has_report = has_folder and not no_report
     output = _Output(
         form=form,
         table=table,
@@ -175,7 +180,7 @@ def analyze(
         several=len(parts) > 1,
         file=file,
         out=out,
-        has_report=not no_report and (form == "text" or out is not None),
+        has_report=has_report,
         opened=opened,
         quiet=quiet,
     )
@@ -191,16 +196,35 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        if form != "text" or out is not None:
-            terminal.refuse("watch_one_file")
+        if form != "text" or out:
+            refuse("watch_one_file")
         _watch(logs, reader, options)
         return
-    output.show(output.head)
+    output.begin()
     worst = 0
     for part, folder in zip(parts, output.folders(parts), strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, folder))
     output.finish()
-    terminal.finish(worst, exit_zero)
+    finish(worst, exit_zero)
+
+
+def _file_and_folder(form: str, out: Path | None) -> tuple[Path | None, Path | None]:
+    """Return the file for data, and the folder for the report, that --out names."""
+    if out is None:
+        return None, None
+    if out == Path("-"):
+        if form == "text":
+            refuse("out_is_standard_output")
+        # Data go to standard output without --out too.
+        return None, None
+    ending = out.suffix.lower()
+    if ending in DATA.get(form, ()):
+        return out, None
+    if ending in FILE_TYPES | DATA_TYPES and not out.is_dir():
+        data = form if form in DATA else "json"
+        folder = out.with_suffix("")
+        refuse("out_is_a_file", out=out, folder=folder, form=data)
+    return None, out
 
 
 def _analyze_part(
@@ -231,12 +255,11 @@ def _analyze_part(
     try:
         readings = reader.read(logs)
         analysis = analyze_readings(readings, options)
-        command = reader.command_for(logs)
-        text = output.text_of(analysis, folder, command)
+        text = output.text_of(analysis)
     except Exception as error:
-        findings, code = terminal.explained(error, name)
+        findings, code = explained(error, name)
         output.show(output.text_without(name, readings, options, findings))
-        terminal.complain(findings, output.quiet)
+        complain(findings, output.quiet)
         return code
     # The answer is on the screen while the figures are drawn.
     output.show(text)
@@ -247,10 +270,10 @@ def _analyze_part(
             faults = output.write_report(analysis, folder)
         except Exception as error:
             # The answer is right also if its report cannot be made.
-            faults, code = terminal.explained(error, name)
+            faults, code = explained(error, name)
             folder = None
         findings = (*findings, *faults)
-    terminal.complain(findings, output.quiet)
+    complain(findings, output.quiet)
     output.end(analysis, findings, folder)
     return code
 
@@ -258,10 +281,10 @@ def _analyze_part(
 class _Output(Struct):
     """How the answers are written, and where they go."""
 
-    form: Format
-    table: Table
-    figures: Figures
-    style: Style
+    form: str
+    table: str
+    figures: Form
+    style: str
     verbose: bool
     several: bool
     """True if there are several answers."""
@@ -276,24 +299,12 @@ class _Output(Struct):
     """The texts so far."""
 
     def refuse_contradictions(self) -> None:
-        """Refuse options that contradict each other, and a file for a report."""
+        """Refuse options that contradict each other."""
         if self.table != "runs" and self.form != "csv":
-            terminal.refuse("table_for_csv", table=self.table)
-        if self.out is not None:
-            self._refuse_file(self.out)
-            if not self.has_report:
-                terminal.refuse("folder_without_report", out=self.out)
-        if self.opened and not self.has_report:
-            terminal.refuse("open_without_report")
-
-    def _refuse_file(self, out: Path) -> None:
-        """Refuse the name of a file for a report, which is a folder."""
-        if out == Path("-"):
-            terminal.refuse("out_is_standard_output")
-        if out.suffix.lower() in FILE_TYPES and not out.is_dir():
-            form = self.form if self.form in DATA else "json"
-            folder = out.with_suffix("")
-            terminal.refuse("out_is_a_file", out=out, folder=folder, form=form)
+            refuse("table_for_csv", table=self.table)
+        for option, is_used in {"--open": self.opened, "--out": self.out}.items():
+            if is_used and not self.has_report:
+                refuse("option_without_report", option=option)
 
     def folders(self, parts: Sequence[Sequence[Log]]) -> Iterator[Path | None]:
         """Yield the folder of each report; None without a report.
@@ -302,26 +313,18 @@ class _Output(Struct):
         """
         used: Counter[Path] = Counter()
         for logs in parts:
-            is_unnamed = self.out is None and logs[0].path == "-"
-            if is_unnamed or not self.has_report:
-                yield None
-                continue
-            folder = self._folder_of(logs)
+            path = logs[0].short
+            together = "-together" * (len(logs) > 1)
+            folder = Path(f"{stem_of(path)}{together}-report")
+            if self.several:
+                steps = [step for step in path.parent.parts if step != ".."]
+                folder = Path(self.out or "", *steps, folder)
+            elif self.out is not None:
+                folder = self.out
             used[folder] += 1
             if used[folder] > 1:
                 folder = folder.with_name(f"{folder.name}-{used[folder]}")
-            yield folder
-
-    def _folder_of(self, logs: Sequence[Log]) -> Path:
-        folder = self.out or Path()
-        path = logs[0].short
-        if self.several:
-            steps = [step for step in path.parent.parts if step != ".."]
-            folder = folder.joinpath(*steps)
-        elif self.out is not None:
-            return folder
-        together = "-together" * (len(logs) > 1)
-        return folder / f"{stem_of(path)}{together}-report"
+            yield folder if self.has_report else None
 
     def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
         """Refuse an output that would replace a log, or other data of the user."""
@@ -333,51 +336,39 @@ class _Output(Struct):
         sources = {Path(log.path).resolve() for log in logs}
         for out in outputs:
             if out.resolve() in sources or (out.exists() and not is_ours):
-                terminal.refuse("out_has_data", out=out)
+                refuse("file_exists", out=out)
 
-    @property
-    def head(self) -> str:
-        """The first line of a table."""
+    def begin(self) -> None:
+        """Write the first line of a table."""
         from gyrodata.reporting.data import table_header
 
-        return table_header(self.table) if self.form == "csv" else ""
+        if self.form == "csv":
+            self.show(table_header(self.table))
 
-    def text_of(self, analysis: Analysis, folder: Path | None, command: str) -> str:
-        """Write an analysis in the format of the command.
-
-        `command` is what a user types for the full report.
-        """
-        after = "\n" * self.several
+    def text_of(self, analysis: Analysis) -> str:
+        """Write an analysis in the format of the command."""
         if self.form == "csv":
             from gyrodata.reporting.data import table_rows
 
             return table_rows(analysis, self.table)
-        if self.form == "text":
-            from gyrodata.reporting.text import summary
-
-            more = f"More: {command} -v"
-            more += ", or open the HTML report" * (folder is not None)
-            return summary(analysis, self.verbose, more, terminal.columns()) + after
-        if self.form == "markdown":
-            return self._markdown(analysis, folder) + after
         if self.form == "latex":
             from gyrodata.reporting.latex import latex_report
 
             return latex_report(analysis)
-        return terminal.answer_text(self.form, analysis.to_dict())
+        after = "\n" * self.several
+        if self.form == "markdown":
+            from gyrodata.reporting.markdown import markdown_report
+            from gyrodata.reporting.page import shown_form
 
-    def _markdown(self, analysis: Analysis, folder: Path | None) -> str:
-        from urllib.parse import quote
+            figures = f"{{}}.{shown_form(self.figures)}"
+            return markdown_report(analysis, figures) + after
+        if self.form == "text":
+            from gyrodata.reporting.text import summary
 
-        from gyrodata.reporting.markdown import markdown_report
-        from gyrodata.reporting.page import shown_form
-
-        figures = f"{{}}.{shown_form(self.figures)}"
-        if self.several and folder is not None:
-            # The document of several logs is next to the folders of their figures.
-            below = folder.relative_to(self.out or Path())
-            figures = quote(os.fsencode(f"{below.as_posix()}/")) + figures
-        return markdown_report(analysis, figures)
+            more = "More: the same command with -v"
+            more += ", or open the HTML report" * self.has_report
+            return summary(analysis, self.verbose, more, columns()) + after
+        return answer_text(self.form, analysis.to_dict())
 
     def text_without(
         self,
@@ -400,15 +391,15 @@ class _Output(Struct):
             result=None,
             diagnostics=tuple([finding.to_dict() for finding in findings]),
         )
-        return terminal.answer_text(self.form, to_json(document))
+        return answer_text(self.form, to_json(document))
 
     def show(self, text: str) -> None:
         """Print a text, or keep it for the file."""
         self.parts.append(text)
         if self.form == "text":
-            terminal.write_text(text)
+            write_text(text)
         elif self.file is None:
-            terminal.write_out(text)
+            write_out(text)
 
     def write_report(self, analysis: Analysis, folder: Path) -> Sequence[Diagnostic]:
         """Write the report of an answer into a folder.
@@ -432,20 +423,20 @@ class _Output(Struct):
         self, analysis: Analysis, findings: Sequence[Diagnostic], folder: Path | None
     ) -> None:
         """Print where the report is, and the answer if messages moved it off a screen."""
-        if folder is not None and self.opened:
+        if folder and self.opened:
             import webbrowser
 
             webbrowser.open((folder / "report.html").resolve().as_uri())
         if self.quiet:
             return
         if folder is not None:
-            terminal.tell(f"report: {folder / DOCUMENTS.get(self.form, 'report.html')}")
-        warnings = [finding for finding in findings if finding.severity == "warning"]
+            tell(f"report: {folder / DOCUMENTS.get(self.form, 'report.html')}")
+        warnings = sum(finding.severity == "warning" for finding in findings)
         if warnings and self.form == "text" and sys.stdout.isatty():
             from gyrodata.reporting.text import answer_line
 
-            count = count_text(len(warnings), "warning")
-            terminal.tell(f"{count} above; {answer_line(analysis)}")
+            count = count_text(warnings, "warning")
+            tell(f"{count} above; {answer_line(analysis)}")
 
     def finish(self) -> None:
         """Write the file, if the data go into one."""
@@ -461,14 +452,14 @@ def demo(opened: OpenOption = False) -> None:
 
     Example:  gyro demo
     """
-    from gyrodata.cli import documentation
+    from gyrodata.cli.documentation import FOLDER
 
     log = Path("demo.csv")
-    write_new(log, (documentation.FOLDER / log).read_bytes())
-    terminal.tell(
-        "demo.csv is a sample log: change a number in it, then type: gyro check demo.csv",
+    write_new(log, (FOLDER / log).read_bytes())
+    tell(
+        "change a number in demo.csv, then type: gyro check demo.csv",
         "for your own log: gyro template --out log.xlsx",
-        "for a guide from Excel to the report: gyro explain first-timer",
+        "for a guide: gyro explain first-timer",
     )
     analyze([log.name], opened=opened)
 
@@ -487,12 +478,10 @@ def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     from gyrodata.reporting.text import answer_line
 
     path = Path(logs[0])
+    if len(logs) > 1 or not path.is_file():
+        refuse("watch_one_file")
     constants = reader.constants_of(logs[0])
     options = replace(options, config=reader.name_of_constants(logs[0]))
-    if not path.exists() and len(logs) == 1:
-        reader.read_source(path, path.name, constants)
-    if len(logs) > 1 or not path.is_file():
-        terminal.refuse("watch_one_file")
     for data in contents(path):
         text = f"{path.name}: cannot be read now\n"
         if data is not None:
@@ -502,7 +491,7 @@ def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
             if checked.analysis is not None:
                 text += f"{answer_line(checked.analysis)}\n"
         Console().clear()
-        terminal.write_text(f"watching {path.name}; Ctrl-C ends it\n{text}")
+        write_text(f"watching {path.name}; Ctrl-C ends it\n{text}")
 
 
 def contents(path: Path) -> Iterator[bytes | None]:
@@ -511,11 +500,9 @@ def contents(path: Path) -> Iterator[bytes | None]:
     Two looks in sequence have to agree, because a program may still be writing the
     file.
     """
-    last: bytes | None = path.read_bytes()
+    last: bytes | None = None
     shown = last
-    yield shown
     while True:
-        time.sleep(PAUSE)
         data = None
         with suppress(OSError):
             # To open a pipe without a writer would wait for ever.
@@ -525,3 +512,4 @@ def contents(path: Path) -> Iterator[bytes | None]:
             shown = data
             yield data
         last = data
+        time.sleep(PAUSE)

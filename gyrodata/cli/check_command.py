@@ -11,7 +11,7 @@ import typer
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.cli.new_table import write_new, write_table
+from gyrodata.cli.new_table import shown, write_new, write_table
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -37,8 +37,6 @@ from gyrodata.cli.terminal import (
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, HandIn, Options
-
-CheckFormat = Literal["text", "json", "ndjson"]
 
 
 class Checked(NamedTuple):
@@ -140,9 +138,9 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
         are filled in.
     """
     # The values have the digits that a scale and a ruler show.
-    masses = [_shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
-    arm = _shown(position, "length", "cm", 1)
-    aims = [_shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
+    masses = [shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
+    arm = shown(position, "length", "cm", 1)
+    aims = [shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
     head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
     lines = head.splitlines()
     notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
@@ -153,7 +151,8 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
     for mass in (*half, *middle, *reversed(half)):
         position_cell = arm if mass != "0" else ""
         lines.append(f"{mass},{position_cell},,,,,{next(notes[mass])}")
-    return "\n".join(lines) + "\n"
+    lines.append("")
+    return "\n".join(lines)
 
 
 def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
@@ -161,16 +160,6 @@ def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
     for turn in range(len(aims)):
         yield f"aim at {aims[(first + turn) % len(aims)]} rpm"
     yield f"the first run once more; aim at {aims[first % len(aims)]} rpm"
-
-
-def _shown(value: float, kind: str, unit: str, digits: int) -> str:
-    """Write a value [SI unit] in a unit, with at least `digits` digits."""
-    from gyrodata.quantities.units import from_si
-
-    number = from_si(value, unit, kind)
-    short = f"{number:.10g}"
-    decimals = len(short.partition(".")[2])
-    return short if decimals >= digits else f"{number:.{digits}f}"
 
 
 def check(
@@ -202,7 +191,7 @@ def check(
         ),
     ] = False,
     form: Annotated[
-        CheckFormat,
+        Literal["text", "json", "ndjson"],
         typer.Option("--format", "-f", help="What to write to standard output."),
     ] = "text",
     settings: SettingsOption = None,
@@ -238,9 +227,7 @@ def check(
     finish(worst, exit_zero)
 
 
-def _check_part(
-    logs: Sequence[Log], reader: Reader, fix: bool, form: CheckFormat
-) -> int:
+def _check_part(logs: Sequence[Log], reader: Reader, fix: bool, form: str) -> int:
     """Print what is found in a log, or in several together; return the exit code."""
     name = " + ".join(log.name for log in logs)
     checked = check_log(name, partial(reader.read, logs))
@@ -259,7 +246,7 @@ def _check_part(
     return worst
 
 
-def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
+def _fix(log: Path, readings: Readings, form: str) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
@@ -268,8 +255,8 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
     write_new(fixed, text.encode())
-    todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
-    lines = [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
+    head = f"{fixed}: {readings.name} as gyro understood it; left for you: "
+    lines = [f"{head}{len(left) or 'nothing'}", *left]
     typer.echo("\n   ".join(lines), err=form != "text")
 
 

@@ -22,22 +22,22 @@ PAGES = (
 
 GROUPS = {
     "Your lab": {
-        "demo": "Write a sample log, demo.csv, and analyze it.",
-        "template": "Write a blank log to fill in: a workbook or CSV.",
-        "plan": "Say which run reduces the uncertainty most.",
-        "check": "Check a log while you can still repeat or add runs.",
-        "analyze": "Fit I_zz to a log, and write figures and a report.",
-        "explain": "Explain a message code, a word or a key; or show a page.",
+        "demo": "Write a sample log and analyze it.",
+        "template": "Write a blank log to fill in.",
+        "plan": "Say which runs help most.",
+        "check": "Check a log before you leave the lab.",
+        "analyze": "Fit I_zz, and write a report.",
+        "explain": "Explain a code, a word, a key; show a page.",
     },
-    "A class": {"grade": "Grade a class, with feedback for each student."},
+    "A class": {"grade": "Grade a class, with feedback."},
     "Theory and simulation": {
-        "predict": "Predict precession and other motions from theory.",
-        "simulate": "Print a simulated log of a known truth.",
+        "predict": "Predict motions from theory.",
+        "simulate": "Print a simulated log.",
     },
     "Advanced": {
-        "selfcheck": "Test by simulation if the intervals of a log are reliable.",
-        "schema": "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
-        "benchmark": "Chart cost against error, and map where methods fail.",
+        "selfcheck": "Test the intervals by simulation.",
+        "schema": "Print JSON Schemas, or all codes.",
+        "benchmark": "Chart speed against accuracy.",
     },
 }
 """The commands as ``gyro --help`` lists them."""

@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill, indent
 from typing import Annotated, NoReturn
 
 import typer
 
-from gyrodata.base import diagnostics
+from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import PICTURES
-from gyrodata.cli import documentation
-from gyrodata.cli.documentation import COMMANDS
+from gyrodata.cli.documentation import (
+    COMMANDS,
+    PAGES,
+    for_terminal,
+    page_text,
+    page_title,
+)
 from gyrodata.cli.options import settings_file
 from gyrodata.cli.terminal import refuse, write_text
 
 
-def _topics(incomplete: str) -> list[tuple[str, str]]:
-    """List the pages and codes that begin with a text, each with its title.
-
-    A shell that completes commands uses the list.
-    """
-    titles = {name: documentation.page_title(name) for name in documentation.PAGES}
-    titles |= {code: entry.title for code, entry in diagnostics.explanations().items()}
-    return [
-        (name, title) for name, title in titles.items() if name.startswith(incomplete)
-    ]
+def _topics() -> list[str]:
+    """List the pages and codes, for a shell that completes commands."""
+    return [*PAGES, *explanations()]
 
 
 def explain(
@@ -56,26 +52,29 @@ def explain(
 
 def _contents() -> str:
     """List the pages and the words."""
-    longest = max(map(len, documentation.PAGES))
-    pages = [
-        f"gyro explain {name:<{longest}}  {documentation.page_title(name)}"
-        for name in documentation.PAGES
-    ]
-    words = [names.partition(",")[0] for names in _glossary()]
-    parts = {
-        "Pages": "\n".join(pages),
-        "Codes and uncertainties, such as": "gyro explain G454\ngyro explain u_time",
-        "Words, and keys of a log": fill(", ".join(words), 74),
-    }
-    return "".join(f"{head}:\n{indent(text, '  ')}\n" for head, text in parts.items())
+    longest = max(map(len, PAGES))
+    pages = ""
+    for name in PAGES:
+        title = page_title(name)
+        pages += f"  gyro explain {name:<{longest}}  {title}\n"
+    words = [names.split(", ")[0] for names in _glossary()]
+    listed = ", ".join(word for word in words if not word.startswith("u_"))
+    return (
+        f"Pages:\n{pages}"
+        "Codes and uncertainties, such as:\n"
+        "  gyro explain G454\n"
+        "  gyro explain u_time\n"
+        f"Words, and keys of a log:\n{indent(fill(listed, 74), '  ')}\n"
+    )
 
 
 def _glossary() -> dict[str, str]:
     """Read the texts about words and about keys of a log, by all their names."""
-    texts = {}
-    for entry in documentation.page_text("glossary").split("\n### ")[1:]:
-        heading, _, text = entry.partition("\n")
-        texts[heading] = text.partition("\n## ")[0].strip("\n")
+    texts: dict[str, str] = {}
+    for entry in page_text("glossary").split("\n### ")[1:]:
+        names, _, text = entry.partition("\n")
+        text = text.partition("\n## ")[0].strip("\n")
+        texts[names] = f"{names}:\n{indent(text, '  ')}\n"
     return texts
 
 
@@ -92,34 +91,25 @@ def _text_about(asked: str) -> str:
     InputError
         If there is no such name; the message proposes the nearest one.
     """
-    codes = diagnostics.explanations()
-    texts = _texts()
-    topics = {_folded(name): name for name in (*texts, *codes, *documentation.PAGES)}
+    codes = explanations()
+    texts: dict[str, str] = {}
+    for names, text in _glossary().items():
+        texts |= dict.fromkeys(names.split(", "), text)
+    topics = {_folded(name): name for name in (*texts, *codes, *PAGES)}
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in topics:
         _refuse_unknown(asked, name, topics)
     topic = topics[name]
-    if topic in documentation.PAGES:
-        page = documentation.page_text(topic)
-        return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    return _about_code(topic) if topic in codes else texts[topic]
-
-
-def _texts() -> dict[str, str]:
-    """Return the text about each word, and about each key of a log."""
-    from gyrodata.readings.roles import KEYS, OTHER_KEYS
-
-    texts: dict[str, str] = {}
-    for names, text in _glossary().items():
-        for name in names.split(", "):
-            texts[name] = f"{names}:\n{indent(text.strip(), '  ')}\n"
-    for key in KEYS:
-        texts.setdefault(key, f"{key}:\n")
-        # The glossary shows other keys as whole lines.
-        if key not in OTHER_KEYS:
-            texts[key] += "".join(f"  {line}\n" for line in _about_key(key))
-    texts["settings"] += _settings_here()
-    return texts
+    if topic in PAGES:
+        page = page_text(topic)
+        return for_terminal(page) if sys.stdout.isatty() else page
+    if topic in codes:
+        return _about_code(topic)
+    text = texts[topic]
+    if topic == "settings":
+        file = settings_file(Path.cwd()) or "none"
+        text += f"  The file for a log in this folder: {file}\n"
+    return text
 
 
 def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
@@ -131,52 +121,16 @@ def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
     hints = [f"did you mean {topics[topic]}?" for topic in near]
     if name in COMMANDS:
         hints.append(f"for the options of the command: gyro {name} --help")
-    pages = [
-        page
-        for page in documentation.PAGES
-        if asked.lower() in documentation.page_text(page).lower()
-    ]
+    pages = [page for page in PAGES if asked.lower() in page_text(page).lower()]
     if pages:
         hints.append(f"these pages contain it: {', '.join(pages)}")
     words = "gyro explain lists words, and codes such as G454"
     refuse("nothing_to_explain", asked=asked, hint="; ".join(hints) or words)
 
 
-def _settings_here() -> str:
-    """Say which file of settings a log in this folder uses."""
-    variable = os.environ.get("GYRO_CONFIG") or "not set"
-    file = settings_file(Path.cwd()) or "none"
-    return (
-        f"  GYRO_CONFIG now: {variable}\n  The file for a log in this folder: {file}\n"
-    )
-
-
-def _about_key(key: str) -> Iterator[str]:
-    """Describe the meaning and the form of a key of a log, in lines."""
-    from gyrodata.quantities.error_sources import SOURCES
-    from gyrodata.quantities.units import DISPLAY
-    from gyrodata.readings import roles
-
-    role = roles.BY_NAME.get(key)
-    if role and role.meaning:
-        yield f"As a quantity of a run: {role.meaning}."
-    base = key.removeprefix("u_")
-    if key in roles.UNCERTAINTIES:
-        source = SOURCES.get(base)
-        yield f"Standard uncertainty of {source.words if source else base}."
-        if source:
-            yield f"If the log does not state it, gyro assumes {source.usual}."
-    unit = DISPLAY[roles.kind_of_role(key)]
-    if base in roles.BY_NAME:
-        yield f"As a column: {key} [{unit}]" if unit else f"As a column: {key}"
-    if key not in roles.TEXTS:
-        sample = role.sample if role else ""
-        yield f"For all runs: # {key}: {sample or f'NUMBER {unit}'.rstrip()}"
-
-
 def _about_code(code: str) -> str:
     """Describe the meaning and the remedy of a code, with an example."""
-    entry = diagnostics.explanations()[code]
+    entry = explanations()[code]
     example = entry.example or "(an empty file)"
     if example.split()[0] in COMMANDS:
         example = f"gyro {example}"

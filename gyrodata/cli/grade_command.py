@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
-from msgspec.structs import replace
 from typer import Argument, Option
 
 from gyrodata.base.disk import alone_in, telling, write_whole
@@ -38,12 +37,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submissions
 
 
-Form = Literal["text", "json", "ndjson", "csv"]
-Platform = Literal[
-    "auto", "folder", "canvas", "moodle", "blackboard", "brightspace", "gradescope"
-]
-
-
 def grade(
     path: Annotated[
         Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")
@@ -65,7 +58,15 @@ def grade(
         ),
     ] = None,
     lms: Annotated[
-        Platform,
+        Literal[
+            "auto",
+            "folder",
+            "canvas",
+            "moodle",
+            "blackboard",
+            "brightspace",
+            "gradescope",
+        ],
         Option(
             "--lms",
             metavar="PLATFORM",
@@ -163,7 +164,8 @@ def grade(
         bool, Option("--dry-run", help="Write nothing, and say what would change.")
     ] = False,
     form: Annotated[
-        Form, Option("--format", "-f", help="What to write to standard output.")
+        Literal["text", "json", "ndjson", "csv"],
+        Option("--format", "-f", help="What to write to standard output."),
     ] = "text",
     quiet: Annotated[
         bool, Option("--quiet", "-q", help="On standard error, print errors only.")
@@ -194,13 +196,14 @@ def grade(
         write_out(default_rubric_text(print_rubric))
         return
     if gradescope is not None:
-        tell(*_write_autograder(gradescope, rubric))
+        _write_autograder(gradescope, rubric)
         return
     if path is None:
         refuse("nothing_to_grade")
     folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
-    from gyrodata.grading import classroom, output
+    from gyrodata.grading import output
+    from gyrodata.grading.classroom import JOURNAL, GradingOptions, grade_class
     from gyrodata.grading.rubric import unknown_exceptions
     from gyrodata.grading.submissions import list_submissions
 
@@ -211,18 +214,18 @@ def grade(
     # Decisions are used too if the grades are only printed.
     home = folder or _usual_folder(path.resolve())
     desk = _read_desk(home, inputs, listed)
-    options = classroom.GradingOptions(
-        workers=count_workers() if workers is None else workers,
-        limit=timeout,
-        cluster=cluster,
-        journal=folder and folder / classroom.JOURNAL,
-        keep=not dry_run,
-    )
     target = None if dry_run else folder
     with _alone_in(target):
         with progress_bar(len(listed.items), "graded", quiet) as progress:
-            options = replace(options, progress=progress)
-            grades = classroom.grade_class(
+            options = GradingOptions(
+                workers=count_workers() if workers is None else workers,
+                limit=timeout,
+                cluster=cluster,
+                journal=folder and folder / JOURNAL,
+                keep=not dry_run,
+                progress=progress,
+            )
+            grades = grade_class(
                 listed, inputs.rubric, options, earlier, desk, inputs.roster
             )
         complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
@@ -305,17 +308,17 @@ def _read_inputs(
 
 def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
     """Read the decisions of people in the folder of the grades."""
-    from gyrodata.grading import ledger
+    from gyrodata.grading.ledger import DESK, NO_DESK, read_desk
 
-    desks = [desk for desk in (home / ledger.DESK, home / "desk.xlsx") if desk.exists()]
+    desks = [desk for desk in (home / DESK, home / "desk.xlsx") if desk.exists()]
     if len(desks) > 1:
         refuse("two_desks", home=home)
     for copy in sorted(home.glob("desk*([0-9]*).csv")):
         refuse("desk_of_browser", home=home, name=copy.name)
     if not desks:
-        return ledger.NO_DESK
+        return NO_DESK
     meant = inputs.roster.who_is_meant(listed.items)
-    return ledger.read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
+    return read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
 
 
 def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | None:
@@ -348,7 +351,7 @@ def _write(
         tell(*written)
 
 
-def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
+def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: str) -> None:
     """Print the grades in a format."""
     from gyrodata.grading.exports import grade_lines, grades_document
 
@@ -432,7 +435,7 @@ def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     return fingerprints
 
 
-def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
+def _write_autograder(folder: Path, path: Path | None) -> None:
     """Write the files for Gradescope, and say what to do there."""
     from gyrodata.grading.exports.gradescope import autograder_files
     from gyrodata.grading.rubric import read_rubric
@@ -445,20 +448,19 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
     by_hand = [part for part in rubric.criteria if part.check == "manual"]
     points = rubric.points - sum(part.points for part in by_hand)
-    yield (
+    tell(
+        f"autograder: zip the files in {folder}, without a folder around them, and upload that",
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
-        f"feedback is shown"
+        f"feedback is shown",
     )
     for part in by_hand:
-        shown = f'{part.points:g} points for "{part.title}"'
-        yield f"in Gradescope: {shown} are given by hand"
+        tell(f'in Gradescope, by hand: {part.points:g} points for "{part.title}"')
 
 
 def _folder(
-    path: Path, out: Path | None, form: Form, dry_run: bool, needed: bool
+    path: Path, out: Path | None, form: str, dry_run: bool, needed: bool
 ) -> Path | None:
     """Return the folder for the grades; None for no folder, unless it is needed.
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from gyrodata.base.disk import telling, write_whole
-from gyrodata.cli.options import word_of_file
 from gyrodata.cli.terminal import refuse, tell, write_out
 
 ENDINGS = (".csv", ".txt", ".xlsx")
@@ -25,8 +24,8 @@ def write_table(out: Path, text: str) -> None:
     if ending not in ENDINGS:
         refuse("table_of_unknown_type", out=out)
     write_new(out, _workbook(text) if ending == ".xlsx" else text.encode())
-    check = f"gyro check {word_of_file(str(out))}"
-    tell(f"table to fill in: {out}; after the first runs, check it: {check}")
+    name = f'"{out}"' if " " in str(out) else out
+    tell(f"table to fill in: {out}; after the first runs, check it: gyro check {name}")
 
 
 def write_new(out: Path, data: bytes) -> None:
@@ -35,6 +34,16 @@ def write_new(out: Path, data: bytes) -> None:
         if out.exists() and out.read_bytes() != data:
             refuse("file_exists", out=out)
         write_whole(out, [data])
+
+
+def shown(value: float, kind: str, unit: str, digits: int) -> str:
+    """Write a value [SI unit] in a unit, with at least `digits` digits."""
+    from gyrodata.quantities.units import from_si
+
+    number = from_si(value, unit, kind)
+    short = f"{number:.10g}"
+    decimals = len(short.partition(".")[2])
+    return short if decimals >= digits else f"{number:.{digits}f}"
 
 
 _CELL_FORMATS = {

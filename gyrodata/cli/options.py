@@ -5,26 +5,22 @@ from __future__ import annotations
 import math
 import os
 import re
-import shlex
 from collections.abc import Sequence
+from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from msgspec import Struct
 
-from gyrodata.base.errors import printable
 from gyrodata.cli.terminal import Log, named_logs, refuse, source_of, tell
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Input
 
-PlainFormat = Literal["text", "json"]
-"""Text for people or JSON for programs."""
-
 FormatOption = Annotated[
-    PlainFormat, typer.Option("--format", "-f", help="Form of the output.")
+    Literal["text", "json"], typer.Option("--format", "-f", help="Form of the output.")
 ]
 SettingsOption = Annotated[
     list[str] | None,
@@ -47,22 +43,13 @@ ConfigOption = Annotated[
     ),
 ]
 
-Bound = Literal[
-    "",
-    "above zero",
-    "other than zero",
-    "zero or above",
-    "below 90 degrees",
-    "from -90 to 90 degrees",
-]
-
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; a key with two values is refused."""
     values: dict[str, str] = {}
     for item in texts or []:
         key, _, value = (part.strip() for part in item.partition("="))
-        if not key or not value:
+        if not (key and value):
             refuse("option_not_a_pair", option=option, item=item)
         if values.setdefault(key, value) != value:
             refuse("option_given_twice", option=option, key=key)
@@ -108,16 +95,6 @@ class Reader(Struct, frozen=True):
         from gyrodata.readings.together import read_together
 
         return read_together([self._read_log(log) for log in logs])
-
-    def command_for(self, logs: Sequence[Log]) -> str:
-        """Return the command that analyzes these logs with these options."""
-        words = ["gyro analyze", *[word_of_file(log.path) for log in logs]]
-        words += ["--together"] * (len(logs) > 1)
-        options = [f"--set={key}={value}" for key, value in self.settings.items()]
-        options += [f"--map={key}={value}" for key, value in self.mapping.items()]
-        if self.config is not None:
-            options.append(f"--config={self.config}")
-        return printable(" ".join([*words, *map(word_of_shell, options)]))
 
     def _read_log(self, log: Log) -> Readings:
         constants = self.constants_of(log.path)
@@ -171,31 +148,16 @@ def settings_file(folder: Path | None) -> Path | None:
     for place in (start, *start.parents):
         settings = place / "gyro.toml"
         if settings.is_file():
-            return Path(os.path.relpath(settings))
+            return Path(relpath(settings))
         if place == Path.home() or (place / ".git").exists():
             break
     return None
 
 
-def word_of_file(path: str) -> str:
-    """Return the name of a file as a word of a command; LOG for standard input."""
-    if path == "-":
-        return "LOG"
-    return word_of_shell(f"./{path}" if path.startswith("-") else path)
-
-
-def word_of_shell(text: str) -> str:
-    """Return a text as one word of a command, in quotes if it needs them."""
-    word = shlex.quote(text)
-    # Double quotes are right in every shell, but some signs have a meaning in them.
-    return word if re.search(r"[\"'$`!\\]", text) else word.replace("'", '"')
-
-
 def stem_of(log: Path) -> str:
     """Return the name of a log without its ending: "lab" of lab.csv.gz."""
     name = "stdin" if log == Path("-") else log.name.removesuffix(".gz")
-    # A folder that is given by mistake may have no name: "." or "/".
-    return Path(name).stem or "log"
+    return Path(name).stem
 
 
 def with_units(items: str) -> list[str]:
@@ -212,7 +174,7 @@ def with_units(items: str) -> list[str]:
     return complete[::-1]
 
 
-def quantity_option(option: str, kind: str, bound: Bound = "", *, words: str) -> Any:
+def quantity_option(option: str, kind: str, bound: str = "", *, words: str) -> Any:
     """Return an option whose value is a number with a unit [SI unit of the kind]."""
     return typer.Option(
         option,
@@ -225,7 +187,7 @@ def quantity_option(option: str, kind: str, bound: Bound = "", *, words: str) ->
 def list_option(
     option: str,
     kind: str,
-    bound: Bound = "",
+    bound: str = "",
     metavar: str = "QUANTITIES",
     *,
     words: str,
@@ -239,7 +201,7 @@ def list_option(
     return typer.Option(option, metavar=metavar, parser=parse, help=words)
 
 
-def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
+def quantity(option: str, text: str, kind: str, bound: str = "") -> float:
     """Read the number and unit of an option.
 
     Parameters
@@ -263,17 +225,15 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     InputError
         If there is no such number, or no laboratory has such a value.
     """
-    from gyrodata.quantities import notation, units
+    from gyrodata.quantities.notation import parse_quantity
+    from gyrodata.quantities.units import LIMITS, SI, UnitError
 
-    shown = f'{option} "{text.strip()[:40]}"'
     try:
-        value = notation.parse_quantity(text, kind)
-    except units.UnitError as error:
-        if re.fullmatch(r"\s*[-+]?\d++\.?\d*\s*", text):
-            meant = f"{text.strip()} {units.DISPLAY[kind]}"
-            refuse("option_without_unit", shown=shown, option=option, meant=meant)
+        value = parse_quantity(text, kind)
+    except UnitError as error:
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
-    low, high = units.LIMITS[kind]
+    shown = f'{option} "{text.strip()[:40]}"'
+    low, high = LIMITS[kind]
     size = abs(value)
     broken = {
         "above zero": value <= 0,
@@ -287,6 +247,6 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     # No angle is too small: the pitch of a level rod may be nearly zero.
     is_small = 0 < size < low and kind != "angle"
     if is_small or size > high:
-        limits = f"from {low:g} to {high:g} {units.SI[kind]}".rstrip()
+        limits = f"from {low:g} to {high:g} {SI[kind]}".rstrip()
         refuse("option_impossible", shown=shown, bound=limits)
     return value

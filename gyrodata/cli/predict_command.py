@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.cli.options import FormatOption, quantity, quantity_option, read
+from gyrodata.cli.options import FormatOption, quantity_option, read
 from gyrodata.cli.terminal import Door, refuse, write_answer
 
 if TYPE_CHECKING:
@@ -25,19 +25,18 @@ predict = typer.Typer(
 def _predict() -> None:
     """Predict by theory: precession, the rotating Earth, a wheel, a force on the tip.
 
-    Each command also works without options. --log reads I_zz and the fastest spin from
-    your own log.
+    Each command also works without options. --log reads I_zz, the fastest spin and the
+    weight of that run from your own log.
     """
 
 
+INERTIA = "4.44e-3 kg m^2"
+SPIN = "400 rpm"
+"""The ball of the lab sheet, and a usual spin."""
+
 Inertia = Annotated[
     Any,
-    quantity_option(
-        "--inertia",
-        "inertia",
-        "above zero",
-        words="I_zz about the rod. Default: 4.44e-3 kg m^2.",
-    ),
+    quantity_option("--inertia", "inertia", "above zero", words="I_zz about the rod."),
 ]
 Transverse = Annotated[
     Any,
@@ -54,7 +53,7 @@ Spin = Annotated[
     quantity_option(
         "--spin",
         "rate",
-        words="Spin; counterclockwise seen from the tip is positive. Default: 400 rpm.",
+        words="Spin; counterclockwise seen from the tip is positive.",
     ),
 ]
 WheelInertia = Annotated[
@@ -66,114 +65,70 @@ WheelInertia = Annotated[
         words="Moment of inertia of the wheel about its axle.",
     ),
 ]
+
+
+def _with_log(context: typer.Context, log: str | None) -> Any:
+    """Let the values of the log of --log take the place of the default values.
+
+    The result contains the numbers of all options.
+    """
+    if log is not None:
+        from gyrodata.analysis import analyze_readings
+
+        context.obj = analyze_readings(read([log]))
+        context.default_map = dict(_values_of(context.obj))
+    return context
+
+
 LogOption = Annotated[
-    str | None,
+    Any,
     typer.Option(
         "--log",
         metavar="LOG",
+        is_eager=True,
+        callback=_with_log,
         help="Read numbers that no option gives from this log.",
     ),
 ]
 
 
-USUAL = {
-    "inertia": ("inertia", "4.44e-3 kg m^2"),
-    "transverse": ("inertia", ""),
-    "spin": ("rate", "400 rpm"),
-    "mass": ("mass", "60 g"),
-    "position": ("length", "15 cm"),
-    "g": ("acceleration", "9.80665 m/s^2"),
-    "latitude": ("angle", "42.5 deg"),
-}
-"""Kind and default value of each number that a log can give."""
+def _values_of(analysis: Analysis) -> Iterator[tuple[str, str]]:
+    """Yield what a log says of its fastest run, by the names of the options."""
+    from gyrodata.physics import RPM
 
-
-class _Numbers(Struct):
-    """The numbers of a prediction that no option gives."""
-
-    log: str
-    """Name of the log."""
-    of_log: dict[str, float]
-    """The log's values by option [SI units]."""
-    notes: list[str]
-    """Where each number comes from."""
-
-    def get(self, name: str, given: float | None, usual: str = "") -> float:
-        """Return the value of an option, of the log, or the usual one [SI unit]."""
-        from gyrodata.quantities.units import DISPLAY, from_si
-
-        if given is not None:
-            return given
-        kind, text = USUAL[name]
-        if name in self.of_log:
-            value = self.of_log[name]
-            unit = DISPLAY[kind]
-            text = f"{from_si(value, unit, kind):.6g} {unit}"
-            origin = f"from {self.log}"
-        else:
-            text = usual or text
-            value = quantity(name, text, kind)
-            origin = "the default value"
-        self.notes.append(f'--{name} "{text}", {origin}')
-        return value
-
-    def transverse(
-        self, given: float | None, inertia: float, load: float = 0.0
-    ) -> float:
-        """Return I across the rod [kg*m^2]; `load` is m x^2 of the weight."""
-        from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
-
-        usual = f"{DEFAULT_TRANSVERSE_RATIO * inertia + load:.9g} kg m^2"
-        across = self.get("transverse", given, usual)
-        if across < inertia / 2:
-            refuse("transverse_impossible", across=across)
-        return across
-
-
-def _numbers_of(log: str | None) -> _Numbers:
-    """Analyse the log, if there is one; a log that is refused ends the command."""
-    if log is None:
-        return _Numbers("", {}, [])
-    from gyrodata.analysis import analyze_readings
-
-    analysis = analyze_readings(read([log]))
-    doubts = [f"do not rely on I_zz: {doubt.words}" for doubt in analysis.doubts]
-    return _Numbers(analysis.name, _values_of(analysis), doubts)
-
-
-def _values_of(analysis: Analysis) -> dict[str, float]:
-    """Return what a log says of its fastest run, by option [SI units]."""
     measured = analysis.measurements
-    runs = analysis.run_table
-    kept = [i for i, run in enumerate(runs) if not run.left_out]
-    fastest = sorted(kept, key=lambda i: -abs(measured.spin[i]))
-    values = {
-        "inertia": analysis.inertia.value,
-        "spin": float(measured.spin[fastest[0]]),
-        "g": measured.g,
-    }
+    runs = [run for run in analysis.run_table if not run.left_out]
+    runs.sort(key=lambda run: -abs(run.spin))
+    yield "inertia", f"{analysis.inertia.value:.12g} kg*m^2"
+    yield "spin", f"{runs[0].spin / RPM:.12g} rpm"
+    yield "g", f"{measured.g:.12g} m/s^2"
     if measured.latitude is not None:
-        values["latitude"] = measured.latitude
-    for i in fastest:
-        mass = runs[i].mass
-        position = runs[i].position
-        if not mass or not position:
-            continue
-        values["mass"] = mass
-        # A column may contain the side of the rod; then it is in the sign of the torque
-        # only.
-        values["position"] = math.copysign(position, runs[i].torque)
-        across = measured.transverse_inertia
-        if across is not None and math.isfinite(across[i]):
-            values["transverse"] = float(across[i])
-        break
-    return values
+        yield "latitude", f"{math.degrees(measured.latitude):.12g} deg"
+    for run in runs:
+        if run.mass and run.position:
+            # A column may contain the side of the rod; then it is in the sign of the
+            # torque only.
+            position = math.copysign(run.position, run.torque)
+            yield "mass", f"{1e3 * run.mass:.12g} g"
+            yield "position", f"{100 * position:.12g} cm"
+            break
+
+
+def _across(given: float | None, inertia: float, load: float = 0.0) -> float:
+    """Return I across the rod [kg*m^2]; `load` is m x^2 of the weight."""
+    from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
+
+    if given is None:
+        return DEFAULT_TRANSVERSE_RATIO * inertia + load
+    if given < inertia / 2:
+        refuse("transverse_impossible", across=given)
+    return given
 
 
 @predict.command()
 def precession(
-    inertia: Inertia = None,
-    spin: Spin = None,
+    inertia: Inertia = INERTIA,
+    spin: Spin = SPIN,
     transverse: Transverse = None,
     mass: Annotated[
         Any,
@@ -181,15 +136,13 @@ def precession(
             "--mass",
             "mass",
             "zero or above",
-            words="Mass of the weight. Default: 60 g.",
+            words="Mass of the weight.",
         ),
-    ] = None,
+    ] = "60 g",
     position: Annotated[
         Any,
-        quantity_option(
-            "--position", "length", words="Position on the rod. Default: 15 cm."
-        ),
-    ] = None,
+        quantity_option("--position", "length", words="Position on the rod."),
+    ] = "15 cm",
     pitch: Annotated[
         Any,
         quantity_option(
@@ -201,14 +154,9 @@ def precession(
     ] = "0 deg",
     g: Annotated[
         Any,
-        quantity_option(
-            "--g",
-            "acceleration",
-            "above zero",
-            words="Gravity. Default: 9.80665 m/s^2.",
-        ),
-    ] = None,
-    log: LogOption = None,
+        quantity_option("--g", "acceleration", "above zero", words="Gravity."),
+    ] = "9.80665 m/s^2",
+    numbers: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict steady precession, and a released or upright rod.
@@ -223,26 +171,10 @@ def precession(
     from gyrodata import physics
     from gyrodata.physics.prediction import predict_precession
 
-    numbers = _numbers_of(log)
-    if mass is not None or position is not None:
-        # The log has this inertia for its own weight.
-        numbers.of_log.pop("transverse", None)
-    values = {
-        "inertia": numbers.get("inertia", inertia),
-        "spin": numbers.get("spin", spin),
-        "pitch": pitch,
-        "mass": numbers.get("mass", mass),
-        "position": numbers.get("position", position),
-        "g": numbers.get("g", g),
-    }
-    load = values["mass"], values["position"], values["g"]
-    values["torque"] = float(physics.torque(*load))
-    values["transverse_inertia"] = numbers.transverse(
-        transverse, values["inertia"], values["mass"] * values["position"] ** 2
-    )
-    names = ("torque", "spin", "inertia", "transverse_inertia", "pitch")
-    answer = predict_precession(*(values[name] for name in names))
-    _write(answer, values, numbers.notes, form)
+    torque = float(physics.torque(mass, position, g))
+    across = _across(transverse, inertia, mass * position**2)
+    answer = predict_precession(torque, spin, inertia, across, pitch)
+    _write(answer, numbers, form, torque=torque, transverse_inertia=across)
 
 
 @predict.command()
@@ -253,10 +185,9 @@ def earth(
             "--latitude",
             "angle",
             "from -90 to 90 degrees",
-            words="Latitude; negative in the south. Default: 42.5 deg, as in the lab "
-            "sheet.",
+            words="Latitude; negative in the south. That of the lab sheet is 42.5 deg.",
         ),
-    ] = None,
+    ] = "42.5 deg",
     hours: Annotated[
         float,
         typer.Option(
@@ -272,18 +203,17 @@ def earth(
             metavar="HOURS", min=0.1, max=1000, help="Hours between two rows."
         ),
     ] = 1,
-    inertia: Inertia = None,
+    inertia: Inertia = INERTIA,
     spin: Annotated[
         Any,
         quantity_option(
             "--spin",
             "rate",
             "other than zero",
-            words="Spin; counterclockwise seen from the tip is positive. Default: 400 "
-            "rpm.",
+            words="Spin; counterclockwise seen from the tip is positive.",
         ),
-    ] = None,
-    log: LogOption = None,
+    ] = SPIN,
+    numbers: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict the directions of gyroscopes as the Earth rotates.
@@ -298,17 +228,10 @@ def earth(
     """
     from gyrodata.physics.prediction import predict_earth
 
-    numbers = _numbers_of(log)
-    values = {
-        "latitude": numbers.get("latitude", latitude),
-        "hours": hours,
-        "inertia": numbers.get("inertia", inertia),
-        "spin": numbers.get("spin", spin),
-    }
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
     times = [3600 * row for row in (*rows, hours)]
-    answer = predict_earth(values["latitude"], times, values["inertia"], values["spin"])
-    _write(answer, values, numbers.notes, form)
+    answer = predict_earth(latitude, times, inertia, spin)
+    _write(answer, numbers, form, hours=hours)
 
 
 @predict.command()
@@ -361,7 +284,7 @@ def platform(
         "from": start,
         "to": end,
     }
-    _write(predict_platform(*values.values()), values, [], form)
+    _print(predict_platform(*values.values()), values, [], form)
 
 
 @predict.command()
@@ -407,7 +330,7 @@ def twist(
         "time": time,
         "handles": handles,
     }
-    _write(predict_twist(*values.values()), values, [], form)
+    _print(predict_twist(*values.values()), values, [], form)
 
 
 @predict.command()
@@ -430,10 +353,10 @@ def tip(
             words="Distance from the centre of the ball to the tip.",
         ),
     ] = "20 cm",
-    inertia: Inertia = None,
-    spin: Spin = None,
+    inertia: Inertia = INERTIA,
+    spin: Spin = SPIN,
     transverse: Transverse = None,
-    log: LogOption = None,
+    numbers: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict the motion of the rod's tip under a steady force.
@@ -447,26 +370,40 @@ def tip(
     """
     from gyrodata.physics.prediction import predict_tip
 
-    numbers = _numbers_of(log)
-    values = {
-        "force": force,
-        "length": length,
-        "inertia": numbers.get("inertia", inertia),
-        "spin": numbers.get("spin", spin),
-    }
-    # That of the log is with its weight.
-    numbers.of_log.pop("transverse", None)
-    values["transverse_inertia"] = numbers.transverse(transverse, values["inertia"])
-    _write(predict_tip(*values.values()), values, numbers.notes, form)
+    across = _across(transverse, inertia)
+    answer = predict_tip(force, length, inertia, spin, across)
+    _write(answer, numbers, form, transverse_inertia=across)
 
 
 def _write(
+    answer: Precession | Earth | Tip, numbers: Any, form: str, **computed: float
+) -> None:
+    """Print a prediction with the numbers of its options, and where they come from."""
+    analysis = numbers.obj
+    doubts = analysis.doubts if analysis else ()
+    notes = [f"do not rely on I_zz: {doubt.words}" for doubt in doubts]
+    values = {}
+    for option in numbers.command.params:
+        if option.metavar != "QUANTITY":
+            continue
+        values[option.name] = numbers.params[option.name]
+        source = numbers.get_parameter_source(option.name).name
+        if source == "DEFAULT_MAP":
+            text = numbers.default_map[option.name]
+            notes.append(f'{option.opts[0]} "{text}", from {analysis.name}')
+        elif source == "DEFAULT":
+            text = option.default or f"{computed['transverse_inertia']:.9g} kg m^2"
+            notes.append(f'{option.opts[0]} "{text}", the default value')
+    values.pop("transverse", None)
+    _print(answer, values | computed, notes, form)
+
+
+def _print(
     answer: Precession | Earth | Platform | Twist | Tip,
     values: dict[str, float],
     notes: list[str],
     form: str,
 ) -> None:
-    """Print a prediction with the numbers that it is for."""
     from gyrodata.physics.prediction import prediction_text
     from gyrodata.results import to_json
 

@@ -7,7 +7,7 @@ the text below an attribute is its description.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from inspect import getdoc, getsource
 from typing import Any, get_args, get_type_hints
 
@@ -22,21 +22,15 @@ from gyrodata.results import AnalysisDocument, CheckDocument
 from gyrodata.trials.coverage import SelfCheck
 from gyrodata.trials.plan import Plan
 
-DOCUMENTS: dict[str, tuple[str, tuple[type, ...]]] = {
-    "analysis": ("gyro.analysis/2", (AnalysisDocument,)),
-    "check": ("gyro.check/1", (CheckDocument,)),
-    "grades": ("gyro.grades/1", (GradesDocument,)),
-    "plan": ("gyro.plan/1", (Plan,)),
-    "predictions": ("gyro.prediction/2", (Earth, Platform, Tip, Precession, Twist)),
-    "selfcheck": ("gyro.selfcheck/1", (SelfCheck,)),
+DOCUMENTS: dict[str, tuple[type, ...]] = {
+    "analysis": (AnalysisDocument,),
+    "check": (CheckDocument,),
+    "grades": (GradesDocument,),
+    "plan": (Plan,),
+    "predictions": (Earth, Platform, Tip, Precession, Twist),
+    "selfcheck": (SelfCheck,),
 }
-"""Title and records of each output; an output is one of its records."""
-
-MODELS_OF: dict[str, Callable[[], list[str]]] = {
-    "Options": lambda: sorted([models.AUTO, *models.names()]),
-    "AnalysisResult": lambda: sorted(models.names()),
-}
-"""What the key "model" of a record can contain."""
+"""Records of each output; an output is one of its records."""
 
 
 def json_schema(name: str) -> dict[str, Any]:
@@ -50,10 +44,13 @@ def json_schema(name: str) -> dict[str, Any]:
     dialect = "https://json-schema.org/draft/2020-12/schema"
     if name == "rubric":
         return {"$schema": dialect, "title": "gyro.rubric/1", **rubric_shape()}
-    title, records = DOCUMENTS[name]
+    records = DOCUMENTS[name]
+    (title,) = get_args(get_type_hints(records[0])["schema"])
     shapes, tables = msgspec.json.schema_components(
         records, ref_template="#/$defs/{name}"
     )
+    names = models.names()
+    enums = {"Options": [models.AUTO, *names], "AnalysisResult": names}
     for record in {part for record_type in records for part in _records(record_type)}:
         table = tables[record.__name__]
         texts = _descriptions(record)
@@ -65,8 +62,8 @@ def json_schema(name: str) -> dict[str, Any]:
             shape.pop("default", None)
             if key in texts:
                 shape["description"] = texts[key]
-        if record.__name__ in MODELS_OF:
-            table["properties"]["model"] = {"enum": MODELS_OF[record.__name__]()}
+        if record.__name__ in enums:
+            table["properties"]["model"] = {"enum": sorted(enums[record.__name__])}
     one_of = shapes[0] if len(shapes) == 1 else {"oneOf": list(shapes)}
     return {"$schema": dialect, "title": title, **one_of, "$defs": tables}
 

@@ -77,8 +77,8 @@ def explained(error: Exception, log: str = "") -> tuple[Sequence[Diagnostic], in
 
 def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
     """Write an error of the command line in the form of all others."""
-    words = " ".join(error.format_message().split())
-    message = re.sub(r"(?i)value error, | \(possible options: .*", "", words)
+    message = " ".join(error.format_message().split())
+    message = re.sub(r"(?i)value error, | \(possible options: .*", "", message)
     message = (message[:1].lower() + message[1:]).rstrip(".")
     files = [word for word in typed if word.startswith("-") and Path(word).is_file()]
     if files:
@@ -86,45 +86,43 @@ def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
     elif error.ctx is None:
         hint = f"see: {' '.join(['gyro', *typed[:1]])} --help"
     else:
-        hint = _nearest(error, message, typed) or _example(error.ctx)
+        words = " ".join(typed).replace("=", " ").split()
+        wrong = [word for word in words if f"'{word}'" in message]
+        wrong += [word for word in words if word.startswith("-")]
+        hint = _nearest(wrong, error.ctx.command) or _example(error.ctx)
     return InputError.named("command_line_wrong", message=message, hint=hint)
 
 
-def _nearest(error: Any, message: str, typed: Sequence[str]) -> str:
+def _nearest(wrong: Sequence[str], command: Any) -> str:
     """Propose the option, value or command that is nearest to a wrong word."""
     from difflib import get_close_matches
 
-    known = _known_words(error)
-    for word in re.findall(r"[^\s=]+", " ".join(typed)):
-        is_wrong = word.startswith("-") or f"'{word}'" in message
-        if is_wrong and word not in known.values():
-            for near in get_close_matches(word.lower().lstrip("-"), known, n=1):
+    known = _known_words(command)
+    for word in wrong:
+        for near in get_close_matches(word.lower().lstrip("-"), known, n=1):
+            if known[near] != word:
                 return f"did you mean {known[near]}?"
     return ""
 
 
-def _known_words(error: Any) -> dict[str, str]:
+def _known_words(command: Any) -> dict[str, str]:
     """Return what a user can mean by a word, and how to type it."""
-    command = error.ctx.command
     known = {name: name for name in getattr(command, "commands", ())}
     options = [param for param in command.params if param.opts[0].startswith("-")]
-    wrong: Any = getattr(error, "param", None)
-    for option in [wrong] if wrong in options else options:
-        for value in option.type_descriptor.choices or ():
-            known[value] = f"{option.opts[0]} {value}"
     for option in options:
+        for value in option.type_descriptor.choices or ():
+            known.setdefault(value, f"{option.opts[0]} {value}")
         known |= {name.lstrip("-"): name for name in option.opts}
     return known
 
 
 def _example(context: Any) -> str:
     """Show the first example of a command, and name its help."""
-    command = context.command_path
-    _, _, examples = (context.command.epilog or "").partition("Example:")
-    first = examples.split("\n          gyro ")[0].replace("\\", "").split()
-    if not first:
-        return f"see: {command} --help"
-    return f"for example: {' '.join(first)}; all options: {command} --help"
+    help_of = f"{context.command_path} --help"
+    _, *examples = (context.command.epilog or "").replace("\\", "").split("gyro ")
+    if not examples:
+        return f"see: {help_of}"
+    return f"for example: gyro {' '.join(examples[0].split())}; all options: {help_of}"
 
 
 def _open_streams() -> None:
@@ -152,15 +150,9 @@ _PLAIN = {
     "√": "sqrt",
     "°": " deg",
     "’": "'",
-    "“": '"',
-    "”": '"',
     "∝": "~",
     "∞": "infinity",
     "⁄": "/",
-    "─": "-",
-    "━": "-",
-    "│": "|",
-    "▌": "|",
     "•": "*",
     "\u0307": "_dot",
 }
@@ -207,11 +199,8 @@ def _fault(error: Exception, log: str) -> Diagnostic:
 
     if os.environ.get("GYRO_DEBUG"):
         tell("".join(traceback.format_exception(error)))
-    place = ""
-    for frame, line in traceback.walk_tb(error.__traceback__):
-        module = frame.f_globals.get("__name__", "")
-        if module.startswith("gyrodata"):
-            place = f" in {module}, line {line}"
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    place = f" in {Path(frame.filename).stem}.{frame.name}, line {frame.lineno}"
     name = type(error).__name__
     return Diagnostic.named("fault_of_gyro", log, error=name, place=place)
 
@@ -250,21 +239,12 @@ def for_stream(text: str, stream: Any) -> str:
 
 
 def _wrapped(line: str) -> str:
-    """Wrap a long line between words at the width of the terminal.
-
-    The last column of a table goes on below its first word.
-    """
-    from rich.cells import cell_len
-
-    width = shutil.get_terminal_size().columns
-    if cell_len(line) <= width:
-        return line
+    """Wrap a long line between words at the width of the terminal."""
     indent = len(line) - len(line.lstrip()) + 2
-    starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]
     return textwrap.fill(
         line,
-        width,
-        subsequent_indent=" " * max([indent, *starts]),
+        shutil.get_terminal_size().columns,
+        subsequent_indent=" " * indent,
         break_long_words=False,
         break_on_hyphens=False,
     )
@@ -319,11 +299,13 @@ def place(finding: Diagnostic) -> tuple[int, int]:
 
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
     """Write diagnostics to standard error; errors come last, where users see them."""
-    in_order = sorted(diagnostics, key=place)
-    for severity in SEVERITIES:
-        for finding in in_order:
-            if finding.severity == severity and (severity == "error" or not quiet):
-                tell(str(finding))
+    for finding in sorted(diagnostics, key=_severity_and_place):
+        if finding.severity == "error" or not quiet:
+            tell(str(finding))
+
+
+def _severity_and_place(finding: Diagnostic) -> tuple[int, tuple[int, int]]:
+    return SEVERITIES.index(finding.severity), place(finding)
 
 
 def refuse(name: str, /, **values: object) -> NoReturn:
@@ -339,20 +321,20 @@ def finish(code: int, exit_zero: bool) -> NoReturn:
 @contextmanager
 def progress_bar(
     whole: int, what: str, quiet: bool = False
-) -> Iterator[Callable[[int], None] | None]:
+) -> Iterator[Callable[[int], None]]:
     """Show the progress of a long computation on a terminal, and the time left.
 
-    The context is a function that takes what is done; None without a terminal.
+    The context is a function that takes what is done.
     """
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
     from rich.console import Console
     from rich.progress import Progress
 
     console = Console(stderr=True)
+    is_hidden = quiet or not sys.stderr.isatty()
     # A thread that draws the bar could stop the processes that are forked.
-    with Progress(console=console, transient=True, auto_refresh=False) as bar:
+    with Progress(
+        console=console, transient=True, auto_refresh=False, disable=is_hidden
+    ) as bar:
         task = bar.add_task(what, total=whole)
         yield lambda done: bar.update(task, completed=done, refresh=True)
 
@@ -373,11 +355,10 @@ def _in_table(rows: Sequence[Sequence[str]]) -> list[str]:
     table = Table(
         box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True
     )
-    for head, *cells in zip(*rows, strict=True):
-        words = " ".join([head, *cells]).split()
+    for column in zip(*rows, strict=True):
+        longest = max(" ".join(column).split(), key=len)
         # A unit is below its quantity: columns of numbers stay narrow.
-        head = head.replace(" [", "\n[")
-        table.add_column(head, min_width=max(map(len, words)))
+        table.add_column(column[0].replace(" [", "\n["), min_width=len(longest))
     for row in rows[1:]:
         table.add_row(*row)
     # Tables are indented by two blanks.

@@ -12,14 +12,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from gyrodata.base.disk import telling, write_folder
-from gyrodata.cli import options
+from gyrodata.cli.options import (
+    ConfigOption,
+    FormatOption,
+    MappingOption,
+    SettingsOption,
+    list_option,
+    quantity_option,
+    read,
+)
 from gyrodata.cli.terminal import (
     named_logs,
     progress_bar,
     tell,
     write_answer,
     write_out,
-    write_text,
 )
 
 if TYPE_CHECKING:
@@ -29,19 +36,17 @@ if TYPE_CHECKING:
 def simulate(
     inertia: Annotated[
         Any,
-        options.quantity_option(
+        quantity_option(
             "--inertia", "inertia", "above zero", words="I_zz about the rod."
         ),
     ] = "4.44e-3 kg m^2",
     weights: Annotated[
         Any,
-        options.list_option(
-            "--weights", "mass", words="Masses of the weights; 0g: no weight."
-        ),
+        list_option("--weights", "mass", words="Masses of the weights; 0g: no weight."),
     ] = "20g,40g,60g",
     position: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--position",
             "length",
             words="Positions of the weight; negative: the other side.",
@@ -49,7 +54,7 @@ def simulate(
     ] = "15cm",
     spins: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--spins",
             "rate",
             "other than zero",
@@ -58,7 +63,7 @@ def simulate(
     ] = "200,400,600rpm",
     turns: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--turns",
             "number",
             "above zero",
@@ -68,13 +73,13 @@ def simulate(
     ] = "1",
     pitch: Annotated[
         Any,
-        options.list_option(
+        list_option(
             "--pitch", "angle", words="Angles of the rod above the horizontal."
         ),
     ] = "0deg",
     imbalance: Annotated[
         Any,
-        options.quantity_option(
+        quantity_option(
             "--imbalance",
             "torque",
             words='Residual torque M0, such as "0.3 mN m". Default: none, or drawn from '
@@ -83,7 +88,7 @@ def simulate(
     ] = None,
     spin_decay: Annotated[
         Any,
-        options.quantity_option(
+        quantity_option(
             "--spin-decay",
             "time",
             "above zero",
@@ -145,10 +150,10 @@ def selfcheck(
     seed: Annotated[
         int, typer.Option("--seed", min=0, help="Seed of the random numbers.")
     ] = 1,
-    form: options.FormatOption = "text",
-    settings: options.SettingsOption = None,
-    mapping: options.MappingOption = None,
-    config: options.ConfigOption = None,
+    form: FormatOption = "text",
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
 ) -> None:
     r"""Simulate this lab many times, and count the intervals with the true value.
 
@@ -164,7 +169,7 @@ def selfcheck(
     from gyrodata.analysis import analyze_readings
     from gyrodata.trials.coverage import selfcheck as simulate
 
-    analysis = analyze_readings(options.read(logs, settings, mapping, config))
+    analysis = analyze_readings(read(logs, settings, mapping, config))
     with progress_bar(labs, "simulated labs") as progress:
         done = simulate(analysis, labs, seed, progress)
     write_answer(form, done.to_dict(), f"{done}\n")
@@ -201,22 +206,20 @@ def benchmark(
     Example:  gyro benchmark --quick --out charts
     """
     from gyrodata.base.workers import count_workers
-    from gyrodata.trials.benchmark import report
+    from gyrodata.trials.benchmark.report import FULL, QUICK, files, run
 
     own = None if log is None else _scene_of(log)
     # Test first that the folder can be written, because the benchmark takes minutes.
     with telling(out):
         write_folder(out, {})
-    effort = report.QUICK if quick else report.FULL
+    effort = QUICK if quick else FULL
     workers = count_workers()
     with progress_bar(100, "per cent") as progress:
-        tables = report.run(effort, workers, own, progress)
+        tables = run(effort, workers, own, progress)
     name = named_logs([log])[0].name if log else ""
-    files = report.files(tables, name, workers)
+    pages = files(tables, name, workers)
     with telling(out):
-        write_folder(out, files)
-    titles = [f"{name}.png: {title}\n" for name, title in report.titles(tables).items()]
-    write_text("\n".join(titles))
+        write_folder(out, pages)
     tell(f"page: {out / 'benchmark.html'}")
 
 
@@ -226,24 +229,21 @@ def _scene_of(log: str) -> LabScene:
     from gyrodata.results import Options
     from gyrodata.trials.benchmark.labs import scene_of
 
-    return scene_of(fit_log(options.read([log]), Options()))
-
-
-SchemaName = Literal[
-    "analysis",
-    "check",
-    "grades",
-    "plan",
-    "predictions",
-    "selfcheck",
-    "rubric",
-    "diagnostics",
-]
+    return scene_of(fit_log(read([log]), Options()))
 
 
 def schema(
     name: Annotated[
-        SchemaName,
+        Literal[
+            "analysis",
+            "check",
+            "grades",
+            "plan",
+            "predictions",
+            "selfcheck",
+            "rubric",
+            "diagnostics",
+        ],
         typer.Argument(
             metavar="NAME",
             show_choices=False,

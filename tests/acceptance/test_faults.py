@@ -52,7 +52,7 @@ def test_fault_of_gyro_in_one_log_leaves_the_others(
     (fault,) = found[1]["diagnostics"]
     assert (fault["code"], fault["severity"]) == ("G901", "error")
     assert fault["message"].startswith(
-        "this is a fault of gyro, not of your log: KeyError in gyrodata.cli."
+        "this is a fault of gyro, not of your log: KeyError in "
     )
     assert "GYRO_DEBUG=1" in fault["hint"]
     assert "planted" not in done.output

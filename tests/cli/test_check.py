@@ -353,7 +353,7 @@ class TestFix:
     ) -> None:
         text = path.read_text(encoding="utf-8")
         told, _ = self.fixed(tmp_path, text)
-        assert "nothing is left to correct" in told
+        assert "left for you: nothing" in told
         again, clean = (
             analyze_briefly(tmp_path / name).inertia
             for name in ("log-fixed.csv", "log.csv")

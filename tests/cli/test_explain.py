@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,9 @@ from gyrodata.base.diagnostics import explanations, messages
 from gyrodata.base.errors import GyroError
 from gyrodata.cli import app
 from gyrodata.cli.documentation import COMMANDS
-from gyrodata.readings import read_log
-from gyrodata.readings.roles import KEYS
+from gyrodata.quantities.error_sources import SOURCES
+from gyrodata.quantities.units import DISPLAY
+from gyrodata.readings import read_log, roles
 
 SAMPLE = (SAMPLES / "air_gyroscope.csv").read_text("utf-8")
 
@@ -154,10 +156,30 @@ def test_the_effect_on_the_sample_is_as_stated(
     assert not u or 100 * after.u / after.value == pytest.approx(u, rel=0.02)
 
 
+def lines_about(key: str) -> Iterator[str]:
+    """Write what the glossary must say about a key: its unit, and what gyro assumes."""
+    role, base = roles.BY_NAME.get(key), key.removeprefix("u_")
+    source = SOURCES.get(base)
+    if key in roles.UNCERTAINTIES:
+        yield f"standard uncertainty of {source.words if source else base}."
+        if source:
+            yield f"If the log does not state it, gyro assumes {source.usual}."
+    unit = DISPLAY[roles.kind_of_role(key)]
+    if base in roles.BY_NAME:
+        yield f"As a column: {key} [{unit}]" if unit else f"As a column: {key}"
+    if key not in roles.TEXTS:
+        sample = role.sample if role else ""
+        yield f"For all runs: # {key}: {sample or f'NUMBER {unit}'.rstrip()}"
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize("key", roles.KEYS)
 def test_every_key_of_a_log_is_explained(key: str) -> None:
-    assert f" {key}" in explain(key.upper()).stdout.partition(":\n")[2]
+    shown = " ".join(explain(key.upper()).stdout.partition(":\n")[2].split())
+    assert f" {key}" in shown
+    if key not in roles.OTHER_KEYS:
+        for line in lines_about(key):
+            assert line in shown
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ def test_each_change_of_the_file_is_one_block(tmp_path: Path) -> None:
 
 def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["analyze", str(tmp_path / "none.csv"), "--watch"])
-    assert (done.exit_code, "there is no file" in done.stderr) == (2, True)
+    assert (done.exit_code, "one file that exists" in done.stderr) == (2, True)
 
 
 @pytest.mark.slow

@@ -441,7 +441,7 @@ def test_the_command_writes_a_page_with_every_chart(
     assert {*re.findall(r'src="(.*?)"', page)} == {f"{name}.png" for name in CHARTS}
     assert {*re.findall(r'href="(.*?)"', page)} <= names
     assert "What this means for air_gyroscope.csv" in page
-    assert all(title in result.stdout for title in report.titles(done).values())
+    assert "page: " in result.stderr
 
 
 def test_a_quick_picture_says_how_many_labs_it_has(

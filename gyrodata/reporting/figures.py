@@ -86,6 +86,9 @@ MOST_LABELS = 14
 MOST_NAMES = 10
 """Largest number of runs that are named in a figure."""
 
+PADDING = 0.4
+"""Space around the axes of a figure [font size]."""
+
 MOST_LETTERS = 60
 """Largest number of letters in a line of a heading."""
 
@@ -528,7 +531,7 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     )
     heading = "\n".join([fill(fact, MOST_LETTERS) for fact in _facts(scene)])
     colour = DOUBTED if scene.analysis.doubts else INK
-    figure.suptitle(heading, x=0.01, ha="left", fontsize="medium", color=colour)
+    figure.suptitle(heading, x=0.01, y=0.99, ha="left", fontsize="medium", color=colour)
     return axes[0]
 
 
@@ -642,15 +645,19 @@ def _draw(
 ) -> dict[Form, bytes]:
     """Draw one figure; return its files by their types."""
     from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.layout_engine import TightLayoutEngine
 
     size = STYLES[style]
     second_panels = len(ALL_FIGURES[name].panels) - 1
     height = size.height + size.second_panel * second_panels
     figure = Figure((size.width, height), size.resolution)
     _fill(figure, scene, name)
-    # A figure that has a layout engine is drawn twice for each file.
-    ConstrainedLayoutEngine().execute(figure)
+    # A figure that has a layout engine is drawn twice for each file. This one measures
+    # each text once; it leaves no space for a legend below the axes.
+    TightLayoutEngine(pad=PADDING, rect=None).execute(figure)
+    legend = figure.legends[0].get_window_extent()
+    bottom = figure.subplotpars.bottom + legend.height / figure.bbox.height
+    figure.subplots_adjust(bottom=bottom)
     return {form: save(figure, form) for form in forms}
 
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Literal
 
 from markupsafe import Markup, escape
+from msgspec import Struct
 
 from gyrodata.reporting import content
 from gyrodata.reporting.data import filled, json_text, table_header, table_rows
@@ -21,13 +23,12 @@ from gyrodata.reporting.elements import (
     Mark,
     Number,
     Numbers,
-    Part,
     Sentence,
     Styled,
     Table,
     plain,
 )
-from gyrodata.reporting.figure_data import list_looks
+from gyrodata.reporting.figure_data import Look, list_looks
 from gyrodata.reporting.figures import Form, alternatives, render
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -68,7 +69,7 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         it.
     """
     whole = content.report(analysis)
-    write = _Writer(whole.numbers)
+    write = _Writer(whole.numbers, list_looks(analysis))
     filters = {
         "sentence": write.sentence,
         "typeset": _typeset,
@@ -81,16 +82,27 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
     return filled(
-        "report.html.jinja", filters, whole=whole, images=images, alt=alt, title=title
+        "report.html.jinja",
+        filters,
+        whole=whole,
+        images=images,
+        alt=alt,
+        title=title,
+        style=_part("report.css"),
+        script=_part("report.js"),
     )
 
 
-class _Writer:
+def _part(name: str) -> Markup:
+    """Return a file that the page contains as it is."""
+    return Markup(Path(__file__).with_name(name).read_text("utf-8"))
+
+
+class _Writer(Struct):
     """Write the parts of a report in HTML."""
 
-    def __init__(self, numbers: Numbers) -> None:
-        self.numbers = numbers
-        self.looks = list_looks(numbers.analysis)
+    numbers: Numbers
+    looks: Sequence[Look]
 
     def number(self, number: Number) -> str:
         """Write a number with links to its places in results.json."""
@@ -116,20 +128,17 @@ class _Writer:
             if after_number and isinstance(part, str) and part.startswith(" "):
                 # A number stays on the line of its noun.
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
-            written.append(self.part(part))
             after_number = isinstance(part, Number)
+            if isinstance(part, Number):
+                written.append(self.number(part))
+            elif isinstance(part, Styled):
+                written.append(_STYLES[part.style].format(escape(part.text)))
+            elif isinstance(part, Mark):
+                look = self.looks[part.group]
+                written.append(MARK.format(look.colour, _SHAPES[look.marker]))
+            else:
+                written.append(_typeset(part))
         return Markup("".join(written))
-
-    def part(self, part: Part) -> str:
-        """Write a part of a sentence."""
-        if isinstance(part, Number):
-            return self.number(part)
-        if isinstance(part, Styled):
-            return _STYLES[part.style].format(escape(part.text))
-        if isinstance(part, Mark):
-            look = self.looks[part.group]
-            return MARK.format(look.colour, _SHAPES[look.marker])
-        return _typeset(part)
 
     def draw(self, table: Table, row: int, column: int) -> Markup:
         """Draw a cell: as a bar, or as a dot with its u on the axis of the column.

@@ -143,10 +143,11 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     space = 0.02 * (high - low)
     low = min(low, float(fitted.torque.min()) - space)
     high = max(high, float(fitted.torque.max()))
+    ax.set_xlim(_limits(scene.product, scene.kept))
     ax.set_ylim(low, high)
     ax.set_ylabel(f"torque M [{scene.unit}]")
-    _draw_line(ax, scene, fitted, 0.0)
     _draw_runs(ax, scene, scene.ranked, scene.product, scene.torque)
+    _draw_line(ax, scene, fitted, 0.0)
 
 
 def draw_rest(ax: Axes, scene: Scene) -> None:
@@ -159,11 +160,12 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     of_band = max(fitted.down.max(), fitted.up.max())
     needed = min(max(reach, of_band), 2 * reach)
     limit = 1.1 * needed or 1.0
+    ax.set_xlim(_limits(scene.product, scene.kept))
     ax.set_ylim(-limit, limit)
     ax.set_ylabel(f"M − fit [{scene.unit}]")
-    _draw_line(ax, scene, fitted, fitted.torque)
     product = Quantity(scene.product.value)
     _draw_runs(ax, scene, scene.ranked, product, scene.rest)
+    _draw_line(ax, scene, fitted, fitted.torque)
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
@@ -336,7 +338,6 @@ def _draw_line(
     """Draw the fitted line, its band and the line through the origin, minus a torque."""
     x = fitted.product
     line = fitted.torque - minus
-    ax.set_xlim(x[0], x[-1])
     ax.set_xlabel(PRODUCT_AXIS)
     low, high = line - fitted.down, line + fitted.up
     ax.fill_between(x, low, high, color=BAND, alpha=0.15, linewidth=0.0)

@@ -12,7 +12,7 @@ import typer
 
 from gyrodata.base.version import __version__
 from gyrodata.cli.documentation import COMMANDS, GROUPS
-from gyrodata.cli.terminal import Door, write_out
+from gyrodata.cli.terminal import Command, Door, write_out
 
 _MODULES = {name: f"{name}_command" for name in COMMANDS}
 _MODULES |= {
@@ -48,7 +48,8 @@ def _load(name: str) -> Any:
     command = getattr(module, name)
     if not isinstance(command, typer.Typer):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-        alone.command(name, hidden=name not in COMMANDS)(command)
+        is_hidden = name not in COMMANDS
+        alone.command(name, hidden=is_hidden, cls=Command)(command)
         command = alone
     loaded = _described(typer.main.get_command(command))
     loaded.name = name

@@ -10,12 +10,13 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, get_args
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from gyrodata.base.errors import PICTURES, Diagnostic, GyroError, InputError, printable
 
@@ -24,6 +25,37 @@ if TYPE_CHECKING:
 
 FAULT = 3
 """Exit code of a fault of gyro itself."""
+
+
+class Command(TyperCommand):
+    """A command whose values are texts in most runs.
+
+    Typer converts a text by pydantic, and its import takes 10 % of a run.
+    """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the arguments and options, which convert only what is no text."""
+        return _lightly(super().get_params(ctx))
+
+
+def _lightly(params: list[Any]) -> list[Any]:
+    for param in params:
+        param.process_value = partial(_convert, param)
+    return params
+
+
+def _convert(param: Any, ctx: Any, value: Any) -> Any:
+    """Convert the value of an argument or option, without pydantic if it is a text."""
+    kind = param.type_descriptor.annotation
+    is_text = isinstance(value, str)
+    if value is None and not param.required:
+        return () if param.multiple else None
+    if is_text and kind is Path:
+        return Path(value)
+    is_choice = is_text and value in get_args(kind)
+    if is_choice or (value and param.nargs == -1):
+        return value
+    return type(param).process_value(param, ctx, value)
 
 
 class Door(TyperGroup):
@@ -52,6 +84,10 @@ class Door(TyperGroup):
         if standalone:
             sys.exit(code)
         return code
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the options, which are converted as those of a command."""
+        return _lightly(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Print the help without arguments; refuse an empty one.

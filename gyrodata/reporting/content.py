@@ -26,7 +26,7 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import picture
+from gyrodata.reporting.figures import PICTURES
 from gyrodata.reporting.values import (
     FREE_FALL,
     IN_U,
@@ -368,10 +368,10 @@ def _fit_quality(n: Numbers) -> Sentence:
 def _runs(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
+    yield PICTURES["residuals"]
     yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
     if far := _far(analysis):
         yield Text((_worth_repeating(n, far),))
-    yield picture("residuals")
     heads = (
         "run",
         "line",
@@ -482,9 +482,9 @@ def _days(n: Numbers) -> Iterator[elements.Block]:
         rows.append((here.find("name"), here.number("runs"), inertia, m0))
     heads = "day or group", "runs", _compared(n), "M0"
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
+    yield PICTURES["days"]
     yield Text((_days_agree(n),))
     yield table(heads, rows, caption)
-    yield picture("days")
 
 
 def _days_agree(n: Numbers) -> Sentence:

@@ -216,11 +216,6 @@ class Text(Struct, frozen=True):
     """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task".
     """
 
-    @property
-    def is_list(self) -> bool:
-        """Return whether the sentences are the items of a list."""
-        return self.kind in ("list", "numbered")
-
 
 def paragraph(
     words: str, *parts: Part | Sentence, kind: str = "", **named: Part | Sentence

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -22,6 +23,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#9B3DE8", "#6B2D00", "#1B1B4F")
 MARKERS = ("o", "s", "^", "D", "v", "P", "<")
 UNLOADED = ("#666666", "X")
 
+MOST_LABELS = 14
+"""Largest number of torques in the legend."""
+
 
 class Look(NamedTuple):
     """Label, colour and marker of one torque in every figure."""
@@ -38,7 +42,7 @@ class Quantity(NamedTuple):
     """A quantity of n runs with its standard uncertainty; arrays of shape (n,)."""
 
     value: Floats
-    u: Floats
+    u: Floats | float = 0.0
 
 
 class Group(Struct, frozen=True):
@@ -72,8 +76,12 @@ class Scene(Struct, frozen=True):
     ranked: Sequence[TorqueGroup]
     """The largest torque first."""
     names: tuple[str, ...]
+    labelled: int
+    """One in so many torques is in the legend."""
     kept: NDArray[np.bool_]
     """Neither flagged nor left out."""
+    hollow: NDArray[np.bool_]
+    """Flagged or left out."""
     left_out: NDArray[np.bool_]
     """Not in the fit."""
     spin: Quantity
@@ -90,11 +98,6 @@ class Scene(Struct, frozen=True):
     """[unit]"""
     rest: Quantity
     """Torque minus the fitted line [unit]."""
-
-    @property
-    def hollow(self) -> NDArray[np.bool_]:
-        """The runs that are flagged or left out."""
-        return ~self.kept
 
 
 def gather(analysis: Analysis) -> Scene:
@@ -117,6 +120,7 @@ def gather(analysis: Analysis) -> Scene:
     rest = net_torque - slope * product
     rest_u = np.hypot(torque_u, slope * product_u)
     left_out = np.array([run.left_out for run in runs])
+    hollow = left_out | [run.flagged for run in runs]
     groups = tuple(_groups(numbers))
     return Scene(
         analysis=analysis,
@@ -126,7 +130,9 @@ def gather(analysis: Analysis) -> Scene:
         groups=groups,
         ranked=sorted(groups, key=lambda group: -group.summary.torque),
         names=tuple(short_name(run.run, 14) for run in runs),
-        kept=~left_out & [not run.flagged for run in runs],
+        labelled=math.ceil(len(groups) / MOST_LABELS),
+        kept=~hollow,
+        hollow=hollow,
         left_out=left_out,
         spin=Quantity(spin, spin * spin_u),
         period=Quantity(period, period * time_u),

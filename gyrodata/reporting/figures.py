@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from itertools import cycle
 from pathlib import Path
 from textwrap import fill, shorten
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -80,11 +80,11 @@ METADATA: dict[str, dict[str, Any]] = {
 """Metadata of each format: without date and version, so that the same log gives the
 same bytes."""
 
-MOST_LABELS = 14
-"""Largest number of torques in the legend."""
-
 MOST_NAMES = 10
 """Largest number of runs that are named in a figure."""
+
+PADDING = 0.4
+"""Space around the axes of a figure [font size]."""
 
 MOST_LETTERS = 60
 """Largest number of letters in a line of a heading."""
@@ -97,13 +97,12 @@ PRODUCT_AXIS = "precession rate × spin, φ̇ψ̇ [rad²/s²]"
 
 def draw_period(ax: Axes, scene: Scene) -> None:
     """Draw the period against the spin, with the fitted line of each torque."""
-    right = _right_end(scene)
+    left, right = _limits(scene.spin, scene.kept)
     # One turn without a weight may take an hour: such runs do not determine the limits.
     loaded = scene.torque.value != 0
-    of_loaded = Quantity(scene.period.value[loaded], scene.period.u[loaded])
-    _, top = _limits(of_loaded, scene.kept[loaded])
-    ax.set_xlim(0.0, right)
-    ax.set_ylim(0.0, top)
+    of_loaded = Quantity(*np.array(scene.period)[:, loaded])
+    ax.set_xlim(left, right)
+    ax.set_ylim(_limits(of_loaded, scene.kept[loaded]))
     ax.set_xlabel(SPIN_AXIS)
     ax.set_ylabel("precession period τ [s]")
     for group in scene.groups:
@@ -117,7 +116,7 @@ def draw_period(ax: Axes, scene: Scene) -> None:
 
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
-    ax.set_xlim(0.0, _right_end(scene))
+    ax.set_xlim(_limits(scene.spin, scene.kept))
     ax.set_ylim(_limits(scene.product, scene.kept))
     ax.set_xlabel(SPIN_AXIS)
     ax.set_ylabel("φ̇ψ̇ [rad²/s²]")
@@ -131,7 +130,6 @@ def draw_product(ax: Axes, scene: Scene) -> None:
         if few:
             look = look._replace(label=f"{look.label}\n{group.mean}")
         groups.append(Group(look, group.members))
-    _draw_zero(ax)
     _draw_runs(ax, scene, groups, scene.spin, scene.product)
 
 
@@ -140,41 +138,34 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
 
     The line through the origin is drawn as well.
     """
-    x, line, (down, up) = _line(scene)
+    fitted = _fitted_line(scene)
     low, high = _limits(scene.torque, scene.kept)
     space = 0.02 * (high - low)
-    low = min(low, float(line.min()) - space)
-    high = max(high, float(line.max()))
-    ax.set_xlim(x[0], x[-1])
+    low = min(low, float(fitted.torque.min()) - space)
+    high = max(high, float(fitted.torque.max()))
+    ax.set_xlim(_limits(scene.product, scene.kept))
     ax.set_ylim(low, high)
-    ax.set_xlabel(PRODUCT_AXIS)
     ax.set_ylabel(f"torque M [{scene.unit}]")
-    _fill_band(ax, x, line - down, line + up)
-    _draw_zero(ax)
     _draw_runs(ax, scene, scene.ranked, scene.product, scene.torque)
-    ax.plot(x, line, color=INK, label="fitted line")
-    _draw_origin(ax, scene, x, 0.0)
+    _draw_line(ax, scene, fitted, 0.0)
 
 
 def draw_rest(ax: Axes, scene: Scene) -> None:
     """Draw the difference of each torque and the fitted line, on a larger scale."""
-    x, line, (down, up) = _line(scene)
+    fitted = _fitted_line(scene)
     # The runs determine the limits; the band may be outside.
     kept = scene.kept | scene.hollow.all()
     of_runs = np.abs(scene.rest.value) + scene.rest.u
     reach = float(of_runs[kept].max())
-    of_band = max(down.max(), up.max())
+    of_band = max(fitted.down.max(), fitted.up.max())
     needed = min(max(reach, of_band), 2 * reach)
     limit = 1.1 * needed or 1.0
-    ax.set_xlim(x[0], x[-1])
+    ax.set_xlim(_limits(scene.product, scene.kept))
     ax.set_ylim(-limit, limit)
-    ax.set_xlabel(PRODUCT_AXIS)
     ax.set_ylabel(f"M − fit [{scene.unit}]")
-    _fill_band(ax, x, -down, up)
-    ax.axhline(0.0, color=INK)
-    _draw_origin(ax, scene, x, line)
-    product = _without_u(scene.product.value)
+    product = Quantity(scene.product.value)
     _draw_runs(ax, scene, scene.ranked, product, scene.rest)
+    _draw_line(ax, scene, fitted, fitted.torque)
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
@@ -199,9 +190,7 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
         title = f"Residuals: {within} of {len(in_fit)} runs within ± 2 u"
     ax.set_title(title, loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
-    _draw_zero(ax)
-    x = _without_u(number)
-    _draw_runs(ax, scene, scene.ranked, x, _without_u(deviations))
+    _draw_runs(ax, scene, scene.ranked, Quantity(number), Quantity(deviations))
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
@@ -212,7 +201,6 @@ def draw_days(ax: Axes, scene: Scene) -> None:
     ax.set_ylim(_limits(lacking, scene.kept))
     ax.set_xlabel(PRODUCT_AXIS)
     ax.set_ylabel(f"M − I_zz φ̇ψ̇ [{scene.unit}]")
-    _draw_zero(ax)
     days = []
     looks = zip(cycle(COLOURS), cycle(MARKERS), strict=False)
     for number, block in enumerate(scene.analysis.blocks):
@@ -223,7 +211,7 @@ def draw_days(ax: Axes, scene: Scene) -> None:
         runs = np.flatnonzero(scene.analysis.measurements.day == number)
         look = Look(short_name(block.name, 30), colour, marker)
         days.append(Group(look, runs.tolist()))
-    _draw_runs(ax, scene, days, _without_u(scene.product.value), lacking)
+    _draw_runs(ax, scene, days, Quantity(scene.product.value), lacking)
 
 
 class Kind(Struct, frozen=True):
@@ -280,16 +268,11 @@ def figures_of(analysis: Analysis) -> tuple[str, ...]:
     return tuple(ALL_FIGURES if analysis.blocks else FIGURES)
 
 
-def picture(name: str) -> Picture:
-    """Return a figure with its caption, as a block of the report."""
-    return Picture(name, ALL_FIGURES[name].caption)
+PICTURES = {name: Picture(name, kind.caption) for name, kind in ALL_FIGURES.items()}
+"""Each figure with its caption, as a block of the report."""
 
 
 # --- parts of figures ---
-
-
-def _without_u(values: Floats) -> Quantity:
-    return Quantity(values, np.zeros_like(values))
 
 
 def _limits(quantity: Quantity, kept: NDArray[np.bool_]) -> tuple[float, float]:
@@ -312,15 +295,19 @@ def _limits(quantity: Quantity, kept: NDArray[np.bool_]) -> tuple[float, float]:
     return bottom, top
 
 
-def _fill_band(ax: Axes, x: Floats, low: Floats, high: Floats) -> None:
-    """Draw the 95 % band of the fitted line."""
-    ax.fill_between(x, low, high, color=BAND, alpha=0.15, linewidth=0.0)
+class FittedLine(NamedTuple):
+    """The fitted line with its 95 % band at values of φ̇ψ̇; arrays of one shape."""
+
+    product: Floats
+    """φ̇ψ̇ [rad²/s²]"""
+    torque: Floats
+    """Torque on the line, in the unit of the scene, as the halves of the band."""
+    down: Floats
+    up: Floats
 
 
-def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
-    """Return φ̇ψ̇ [rad²/s²], the torque of the fitted line there, and its 95 % band.
-
-    The band is given by its lower and its upper half.
+def _fitted_line(scene: Scene) -> FittedLine:
+    """Compute the fitted line and its 95 % band.
 
     The slope varies within its interval, about the point at which slope and height are
     not correlated; the height at this point has an independent error.
@@ -342,25 +329,24 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     line = (x * scene.inertia - scene.imbalance) / scene.unit_size
     down = np.hypot(lower, height) / scene.unit_size
     up = np.hypot(upper, height) / scene.unit_size
-    return x, line, (down, up)
+    return FittedLine(x, line, down, up)
 
 
-def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> None:
-    """Draw the line through the origin, minus another line."""
+def _draw_line(
+    ax: Axes, scene: Scene, fitted: FittedLine, minus: Floats | float
+) -> None:
+    """Draw the fitted line, its band and the line through the origin, minus a torque."""
+    x = fitted.product
+    line = fitted.torque - minus
+    ax.set_xlabel(PRODUCT_AXIS)
+    low, high = line - fitted.down, line + fitted.up
+    ax.fill_between(x, low, high, color=BAND, alpha=0.15, linewidth=0.0)
+    ax.plot(x, line, color=INK, label="fitted line")
     for fit in scene.analysis.fits:
         if fit.name == "through_origin" and fit.inertia:
             y = fit.inertia.value / scene.unit_size * x - minus
             label = "through the origin"
             ax.plot(x, y, color=SOFT, linestyle="dashed", label=label)
-
-
-def _right_end(scene: Scene) -> float:
-    """Return the right end of an axis of spins [rpm]."""
-    return 1.06 * float((scene.spin.value + scene.spin.u).max())
-
-
-def _draw_zero(ax: Axes) -> None:
-    ax.axhline(0.0, color=SOFT, linewidth=0.8)
 
 
 def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
@@ -377,10 +363,11 @@ def _draw_runs(
     x: Quantity,
     y: Quantity,
 ) -> None:
-    """Draw the runs of each group; flagged runs are hollow and named.
+    """Draw the line of zero, and the runs of each group; flagged ones are named.
 
     A run outside the axes is drawn at the edge, without bars and with its value.
     """
+    ax.axhline(0.0, color=SOFT, linewidth=0.8, zorder=1.5)
     at_x = np.clip(x.value, *ax.get_xlim())
     at_y = np.clip(y.value, *ax.get_ylim())
     inside = (at_x == x.value) & (at_y == y.value)
@@ -389,20 +376,13 @@ def _draw_runs(
     for rank, group in enumerate(groups):
         colours[group.members] = group.look.colour
         label = group.look.label
-        if rank % _labelled(scene):
+        if rank % scene.labelled:
             label = "_"
         _draw_marks(ax, scene, group, points, label)
-    if x.u.any() or y.u.any():
-        of_bars: Any = list(colours[inside])
-        ax.errorbar(
-            at_x[inside],
-            at_y[inside],
-            y.u[inside],
-            x.u[inside],
-            fmt="none",
-            ecolor=of_bars,
-            elinewidth=1.0,
-        )
+    if np.any(x.u) or np.any(y.u):
+        of_bars: Any = list(colours)
+        inner_x = np.where(inside, at_x, np.nan)
+        ax.errorbar(inner_x, at_y, y.u, x.u, fmt="none", ecolor=of_bars, elinewidth=1.0)
     odd = np.flatnonzero(scene.hollow | ~inside)
     if len(odd) > MOST_NAMES:
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
@@ -495,11 +475,6 @@ def _name_runs(ax: Axes, points: Floats, names: Mapping[int, str]) -> None:
         )
 
 
-def _labelled(scene: Scene) -> int:
-    """Return n if one in n torques is in the legend."""
-    return math.ceil(len(scene.groups) / MOST_LABELS)
-
-
 # --- figures and files ---
 
 
@@ -515,10 +490,9 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         ax.label_outer()
         drawn, labels = ax.get_legend_handles_labels()
         handles |= zip(labels, drawn, strict=True)
-    step = _labelled(scene)
     title = None
-    if step > 1:
-        title = f"1 in {step} of {len(scene.groups)} torques"
+    if scene.labelled > 1:
+        title = f"1 in {scene.labelled} of {len(scene.groups)} torques"
     figure.legend(
         list(handles.values()),
         list(handles),
@@ -528,7 +502,7 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     )
     heading = "\n".join([fill(fact, MOST_LETTERS) for fact in _facts(scene)])
     colour = DOUBTED if scene.analysis.doubts else INK
-    figure.suptitle(heading, x=0.01, ha="left", fontsize="medium", color=colour)
+    figure.suptitle(heading, x=0.01, y=0.99, ha="left", fontsize="medium", color=colour)
     return axes[0]
 
 
@@ -642,15 +616,19 @@ def _draw(
 ) -> dict[Form, bytes]:
     """Draw one figure; return its files by their types."""
     from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.layout_engine import TightLayoutEngine
 
     size = STYLES[style]
     second_panels = len(ALL_FIGURES[name].panels) - 1
     height = size.height + size.second_panel * second_panels
     figure = Figure((size.width, height), size.resolution)
     _fill(figure, scene, name)
-    # A figure that has a layout engine is drawn twice for each file.
-    ConstrainedLayoutEngine().execute(figure)
+    # A figure that has a layout engine is drawn twice for each file. This one measures
+    # each text once; it leaves no space for a legend below the axes.
+    TightLayoutEngine(pad=PADDING, rect=None).execute(figure)  # type: ignore[arg-type]
+    legend = figure.legends[0].get_window_extent()
+    bottom = figure.subplotpars.bottom + legend.height / figure.bbox.height
+    figure.subplots_adjust(bottom=bottom)
     return {form: save(figure, form) for form in forms}
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from markupsafe import Markup, escape
+from msgspec import Struct
 
 from gyrodata.reporting import content
 from gyrodata.reporting.data import filled, json_text, table_header, table_rows
@@ -22,13 +23,12 @@ from gyrodata.reporting.elements import (
     Mark,
     Number,
     Numbers,
-    Part,
     Sentence,
     Styled,
     Table,
     plain,
 )
-from gyrodata.reporting.figure_data import list_looks
+from gyrodata.reporting.figure_data import Look, list_looks
 from gyrodata.reporting.figures import Form, alternatives, render
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -43,6 +43,10 @@ _STYLES = {
 
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
+
+BOX = '<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>'
+BAR = '<span class="bar" style="width: {:.1f}%"></span>'
+MARK = '<span class="mark" style="color: {}" aria-hidden="true">{}</span>'
 
 REACH = 10.0
 """The drawings of a column end at this many u of the value that they compare with."""
@@ -65,7 +69,7 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         it.
     """
     whole = content.report(analysis)
-    write = _Writer(whole.numbers)
+    write = _Writer(whole.numbers, list_looks(analysis))
     filters = {
         "sentence": write.sentence,
         "typeset": _typeset,
@@ -78,61 +82,63 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
     return filled(
-        "report.html.jinja", filters, whole=whole, images=images, alt=alt, title=title
+        "report.html.jinja",
+        filters,
+        whole=whole,
+        images=images,
+        alt=alt,
+        title=title,
+        style=_part("report.css"),
+        script=_part("report.js"),
     )
 
 
-DATA = Markup('<data value="{!r}" data-from="{}" data-size="{!r}">{}</data>')
-NAME = Markup('<data value="{}" data-from="{}">{}</data>')
-BOX = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
-BAR = Markup('<span class="bar" style="width: {:.1f}%"></span>')
-MARK = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
+def _part(name: str) -> Markup:
+    """Return a file that the page contains as it is."""
+    return Markup(Path(__file__).with_name(name).read_text("utf-8"))
 
 
-class _Writer:
+class _Writer(Struct):
     """Write the parts of a report in HTML."""
 
-    def __init__(self, numbers: Numbers) -> None:
-        self.numbers = numbers
-        self.looks = list_looks(numbers.analysis)
+    numbers: Numbers
+    looks: Sequence[Look]
 
-    def number(self, number: Number) -> Markup:
+    def number(self, number: Number) -> str:
         """Write a number with links to its places in results.json."""
         texts = []
         for text, place in zip(number.shown, number.places, strict=True):
             value = self.numbers.find(place)
-            if isinstance(value, str):
-                texts.append(NAME.format(value, place, text))
-            else:
-                shown = text.replace("-", "−")
-                texts.append(DATA.format(value, place, number.size, shown))
-        written = Markup(number.write(texts))
+            size = ""
+            if not isinstance(value, str):
+                size = f' data-size="{number.size!r}"'
+                text = text.replace("-", "−")
+            start = f'<data value="{escape(value)}" data-from="{place}"{size}>'
+            texts.append(f"{start}{escape(text)}</data>")
+        written = number.write(texts)
         if number.unit and number.scale.unit:
-            return Markup('<span class="q">{}</span>').format(written)
+            return f'<span class="q">{written}</span>'
         return written
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
-        written = Markup()
+        written = []
         after_number = False
         for part in sentence:
             if after_number and isinstance(part, str) and part.startswith(" "):
                 # A number stays on the line of its noun.
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
-            written += self.part(part)
             after_number = isinstance(part, Number)
-        return written
-
-    def part(self, part: Part) -> Markup:
-        """Write a part of a sentence."""
-        if isinstance(part, Number):
-            return self.number(part)
-        if isinstance(part, Styled):
-            return Markup(_STYLES[part.style]).format(part.text)
-        if isinstance(part, Mark):
-            look = self.looks[part.group]
-            return MARK.format(look.colour, _SHAPES[look.marker])
-        return _typeset(part)
+            if isinstance(part, Number):
+                written.append(self.number(part))
+            elif isinstance(part, Styled):
+                written.append(_STYLES[part.style].format(escape(part.text)))
+            elif isinstance(part, Mark):
+                look = self.looks[part.group]
+                written.append(MARK.format(look.colour, _SHAPES[look.marker]))
+            else:
+                written.append(_typeset(part))
+        return Markup("".join(written))
 
     def draw(self, table: Table, row: int, column: int) -> Markup:
         """Draw a cell: as a bar, or as a dot with its u on the axis of the column.
@@ -142,7 +148,7 @@ class _Writer:
         compared = table.heads[column].compared
         values = [self._values(cells[column]) for cells in table.rows]
         if compared is None:
-            return BAR.format(100 * values[row][0])
+            return Markup(BAR.format(100 * values[row][0]))
         middle, unit = compared
         if not unit:
             return Markup()
@@ -154,7 +160,7 @@ class _Writer:
             boxes += _box("bar", value - middle, sum(u), axis)
             if abs(value - middle) <= axis:
                 boxes += _box("dot", value - middle, 0.0, axis)
-        return boxes
+        return Markup(boxes)
 
     def _values(self, cell: Sentence) -> list[float]:
         """Return the value of a cell and its u, if it has one; [] without a number."""
@@ -164,9 +170,10 @@ class _Writer:
         return []
 
 
-def _box(kind: str, middle: float, half: float, axis: float) -> Markup:
+def _box(kind: str, middle: float, half: float, axis: float) -> str:
     """Draw a box around a distance, on an axis from −`axis` to `axis`."""
-    low, high = np.clip([middle - half, middle + half], -axis, axis) / axis
+    ends = middle - half, middle + half
+    low, high = [min(max(end / axis, -1.0), 1.0) for end in ends]
     return BOX.format(kind, 50 + 50 * low, 50 * (high - low))
 
 

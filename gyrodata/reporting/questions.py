@@ -25,7 +25,7 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import picture
+from gyrodata.reporting.figures import PICTURES
 from gyrodata.reporting.values import (
     CENTIMETRE,
     FREE_FALL,
@@ -150,7 +150,7 @@ def _slope(
     n: Numbers, agreement: Sentence, quality: Sentence
 ) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
-    yield picture("torque")
+    yield PICTURES["torque"]
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", n.answer(), kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
@@ -181,13 +181,13 @@ def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
 
 def _period(n: Numbers) -> Iterator[elements.Block]:
     """Answer (a): the period against the spin."""
+    yield PICTURES["period"]
     exponent = n.analysis.exponent
     case = "period_unknown"
     if exponent:
         is_proportional = _agrees(exponent.deviation)
         case = "period_proportional" if is_proportional else "period_increases"
     yield conclude(n, "period", say(ANSWERS[case]))
-    yield picture("period")
     rows = []
     for i, here in enumerate(n.each("torques")):
         torque = here.value("torque")
@@ -227,6 +227,7 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
 
 def _product(n: Numbers) -> Iterator[elements.Block]:
     """Answer (c): φ̇ψ̇ at one torque."""
+    yield PICTURES["product"]
     constancy = n.analysis.constancy
     if constancy is None:
         yield paragraph(ANSWERS["product_unknown"])
@@ -240,7 +241,6 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
             expected=n.percent("constancy.expected", sign=False),
             p=n.p("constancy.p"),
         )
-    yield picture("product")
     rows = []
     for i, here in enumerate(n.each("torques")):
         mean = here.value("product.value")

@@ -21,15 +21,10 @@ class Scale(Struct, frozen=True):
     """As text: "mN·m"; "" for plain numbers."""
     siunitx: str
     """The same in the commands of LaTeX's siunitx."""
-    unit_size: float = 1.0
-    """One such unit [SI unit]."""
+    size: float = 1.0
+    """The value of a displayed 1 [SI unit]."""
     exponent: int = 0
     """Power of ten written out."""
-
-    @property
-    def size(self) -> float:
-        """The value of a displayed 1 [SI unit]."""
-        return self.unit_size * 10.0**self.exponent
 
     def __str__(self) -> str:
         return f"{ten_to(self.exponent)} {self.unit}".strip()
@@ -68,8 +63,9 @@ def torque_scale(largest: float) -> Scale:
 def inertia_scale(value: float, u: float | None) -> Scale:
     """Choose the power of ten for a moment of inertia and its uncertainty [kg*m^2]."""
     larger = max(value, u or 0.0, key=abs)
+    exponent = _exponent(larger)
     siunitx = r"\kilogram\metre\squared"
-    return Scale("kg·m²", siunitx, exponent=_exponent(larger))
+    return Scale("kg·m²", siunitx, 10.0**exponent, exponent)
 
 
 def number_text(value: float, u: float | None, factor: float = 1.0) -> str:

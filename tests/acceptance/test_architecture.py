@@ -183,7 +183,7 @@ def test_each_message_is_used_and_each_used_message_exists() -> None:
     assert unused == set()
 
 
-HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties"
+HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties pydantic"
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties"
         ("--help", HEAVY),
         (
             "analyze ../sample_data/air_gyroscope.csv --no-report",
-            "pandas matplotlib jinja2",
+            "pandas matplotlib jinja2 pydantic",
         ),
     ],
 )

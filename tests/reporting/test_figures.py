@@ -22,8 +22,16 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from gyrodata import analyze
-from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import FIGURES, STYLES, alternatives, plot_on, render
+from gyrodata.reporting.figure_data import Scene, list_looks
+from gyrodata.reporting.figures import (
+    ALL_FIGURES,
+    FIGURES,
+    STYLES,
+    Kind,
+    alternatives,
+    plot_on,
+    render,
+)
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
@@ -148,6 +156,21 @@ def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str) -> None:
                 for i in (0, 1)
             )
             assert across <= 1.5 or up <= 1.5, (which, one, other)
+
+
+def test_long_names_of_bars_are_not_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ["the reading of the stopwatch", "ruler", "mass of each weight"]
+
+    def draw(ax: Axes, scene: Scene) -> None:
+        ax.barh(names, [0.7, 0.2, 0.1])
+        ax.set_xlabel("share of the variance")
+
+    monkeypatch.setitem(ALL_FIGURES, "bars", Kind((draw,), "Shares."))
+    drawn = render(analysis_of("3 x 3"), ["svg"], names=["bars"])["svg"]
+    texts = boxes(drawn["bars"].decode())
+    starts = {text: left for text, left, *_ in texts}
+    assert min(starts[name] for name in names) > 0
+    assert max(bottom for *_, bottom in texts) < 72 * STYLES["screen"].height
 
 
 @pytest.mark.slow

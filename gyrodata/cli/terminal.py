@@ -45,8 +45,12 @@ def _lightly(params: list[Any]) -> list[Any]:
 
 
 def _convert(param: Any, ctx: Any, value: Any) -> Any:
-    """Convert the value of an argument or option, without pydantic if it is a text."""
-    kind = param.type_descriptor.annotation
+    """Convert the value of an argument or option, without pydantic if it is a text.
+
+    If typer no longer says the type in this way, it converts all values itself.
+    """
+    described = getattr(param, "type_descriptor", None)
+    kind = getattr(described, "annotation", None)
     is_text = isinstance(value, str)
     if value is None and not param.required:
         return () if param.multiple else None

@@ -99,8 +99,9 @@ def _place(flag: Flag) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
 
 # --- the fingerprint of a log ---
 
-WEIGHED_AGAIN = 0.015
-"""Largest share by which the torques of one weight differ."""
+WEIGHED_AGAIN, NEXT_WEIGHT = 0.015, 0.05
+"""Torques that differ by less than the first share are of one weight. Torques that differ
+by more than the second are of two weights, even if each number was changed a little."""
 
 MOST_ROWS = 200  # a longer log is compared by the rows with the shortest times
 
@@ -139,7 +140,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     torque = _rounded(measured.torque, 9)
     # Rows with equal torque and spin keep the order of the file: sorted times would
     # look alike by themselves.
-    order = np.lexsort((measured.spin, weights(torque)))
+    order = np.lexsort((torque, measured.spin, weights(torque, NEXT_WEIGHT)))
     if len(order) > MOST_ROWS:
         shortest = np.argsort(measured.time, kind="stable")[:MOST_ROWS]
         order = order[np.isin(order, shortest)]
@@ -200,16 +201,16 @@ def _words_of(text: str) -> str:
     return " ".join(re.findall("[a-z]+", text.lower()))
 
 
-def weights(torque: Floats) -> Integers:
+def weights(torque: Floats, apart: float = WEIGHED_AGAIN) -> Integers:
     """Return the number of the weight of each row, in the order of torque.
 
     A weight that is weighed again has the same number.
 
-    Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
+    Torques that differ by less than the share `apart` are of one weight.
     """
     sizes = np.array(sorted(set(torque.tolist())))
     larger = sizes[1:]
-    is_other = np.diff(sizes) > WEIGHED_AGAIN * np.abs(larger)
+    is_other = np.diff(sizes) > apart * np.abs(larger)
     return np.searchsorted(larger[is_other], torque, side="right")
 
 
@@ -597,7 +598,8 @@ def similar(logs: Logs) -> Pairs:
     pairs: list[tuple[int, int, float]] = []
     by_pattern: dict[tuple[int, ...], list[int]] = {}
     for log, fingerprint in enumerate(logs.prints):
-        pattern = tuple(weights(np.array(fingerprint.torque)).tolist())
+        torque = np.array(fingerprint.torque)
+        pattern = tuple(weights(torque, NEXT_WEIGHT).tolist())
         by_pattern.setdefault(pattern, []).append(log)
     for pattern, members in by_pattern.items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:

@@ -60,7 +60,7 @@ FAR = 3.0
 TOO_WIDE = "the log states uncertainties far over the usual, so the usual ones are used"
 MOST_WIDER, MOST_ROUGHER = 1.5, 5.0
 """Uncertainties that a log states are used unless they widen u of I_zz by more than the
-first factor, or those of φ̇ψ̇ by more than the second."""
+first factor, or those of φ̇ψ̇ by more than the second; and so are its days."""
 
 # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
 WILD = 0.3
@@ -265,22 +265,31 @@ def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, str]:
     stated = list_stated(readings)
     if not stated:
         return check_fit(fit_log(readings, Options())), ""
-    usual = fit_log(with_usual(readings, rubric.bench), Options())
+    usual_readings = with_usual(readings, rubric.bench)
+    usual = fit_log(usual_readings, Options())
+    one_day = usual
+    if readings.blocks:
+        # The residual torque of each day widens u, too.
+        one_day = fit_log(replace(usual_readings, blocks=()), Options())
     with suppress(GyroError):
         own = check_fit(fit_log(readings, Options()))
-        if not _widen(own, usual):
+        if not _widen(own, one_day) and not _roughen(own, usual):
             return own, ""
-    return check_fit(usual), f"{TOO_WIDE}: {listing(stated)}"
+    return check_fit(one_day), f"{TOO_WIDE}: {listing(stated)}"
 
 
 def _widen(own: FittedLog, usual: FittedLog) -> bool:
-    """Return whether the uncertainties of a log are far over the usual ones."""
+    """Return whether a log's own statements make u of I_zz far too large."""
     u = own.inertia.u or math.inf
     usual_u = usual.inertia.u or 0.0
+    return u > MOST_WIDER * usual_u
+
+
+def _roughen(own: FittedLog, usual: FittedLog) -> bool:
+    """Return whether a log's own uncertainties hide the scatter of its runs."""
     scatter = sum(chi2 for chi2, _ in criteria.scatter_of(own))
     usual_scatter = sum(chi2 for chi2, _ in criteria.scatter_of(usual))
-    is_wide = u > MOST_WIDER * usual_u
-    return is_wide or MOST_ROUGHER**2 * scatter < usual_scatter
+    return MOST_ROUGHER**2 * scatter < usual_scatter
 
 
 def _lacks(analysis: FittedLog, rubric: Rubric) -> list[Diagnostic]:
@@ -447,7 +456,7 @@ of the answer."""
 
 # a log whose I_zz is farther from the reference needs a look [standard uncertainties of
 # both]
-LOOKED_AT = 10.0
+LOOKED_AT = 5.0
 
 
 class _Doubt(NamedTuple):

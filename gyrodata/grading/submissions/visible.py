@@ -86,6 +86,7 @@ class _Seen(HTMLParser):
         self.shows_white = shows_white
         self.written: list[str] = []
         self.styles: list[str] = []  # of what is not hidden
+        self.may_change = False  # whether a program may replace the text
         self.open = [("", False)]
         """The open elements, and whether each is hidden."""
 
@@ -94,9 +95,13 @@ class _Seen(HTMLParser):
         if outer == "p" and tag in _PARAGRAPHS:
             self.open.pop()
         self.written.append(f"<{tag}>")
+        attributes = dict(attrs)
+        handlers = [name for name in attributes if name.startswith("on")]
+        equivalent = attributes.get("http-equiv") or ""
+        is_next_page = equivalent.lower() == "refresh"
+        self.may_change |= tag == "script" or is_next_page or bool(handlers)
         if tag in _WITHOUT_END:
             return
-        attributes = dict(attrs)
         style = f";{attributes.get('style')};color:{attributes.get('color')}"
         plain = "".join(style.lower().split())
         _, is_hidden = self.open[-1]
@@ -133,7 +138,9 @@ def page_seen(text: str) -> tuple[str, bool]:
     # The parser looks for the end of each "<", and stops at an unknown declaration.
     page.feed(re.sub(r"<(?!/?[a-zA-Z][^<>]*>)", "&lt;", text))
     page.close()
-    return "".join(page.written), may_be_unseen(text, "\n".join(page.styles))
+    styles = "\n".join(page.styles)
+    doubt = page.may_change or may_be_unseen(text, styles)
+    return "".join(page.written), doubt
 
 
 _NOT_TYPESET = re.compile(

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import base64
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -172,9 +173,36 @@ def _name_by_folders(files: Listing, outer: str) -> Named:
     in_folders = any("/" in own for own in logs or all_names)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
-    return {
+    named = {
         name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
     }
+    return _told_apart(named, inner) if in_folders else named
+
+
+def _told_apart(named: Named, inner: Mapping[str, str]) -> Named:
+    """Number the students whose folders are shown with the same name.
+
+    These names differ by blanks or by letters that nobody sees.
+    """
+    folder_of = {
+        name: unicodedata.normalize("NFC", own.partition("/")[0])
+        for name, own in inner.items()
+    }
+    folders_of: dict[str, set[str]] = {}
+    for name, part in named.items():
+        if part is not None:
+            folders_of.setdefault(part.student, set()).add(folder_of[name])
+    for name, part in named.items():
+        if part is None or len(folders_of[part.student]) == 1:
+            continue
+        # The folder that has exactly this name keeps it.
+        others = sorted(folders_of[part.student] - {part.student})
+        folder = folder_of[name]
+        if folder != part.student:
+            key = f"{part.student} ({others.index(folder) + 2})"
+            other = replace(part, student=key, name=key, ids={"folder": key})
+            named[name] = replace(other, feedback_stem=key)
+    return named
 
 
 def _folders_below(files: Listing, outer: str) -> dict[str, str]:

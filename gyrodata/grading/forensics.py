@@ -89,7 +89,8 @@ def flag_class(
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
     """Sort flags by kind, in the order of `KINDS`, then by students."""
-    return tuple(sorted(flags, key=_place))
+    in_place = sorted(flags, key=_place)
+    return tuple(in_place)
 
 
 def _place(flag: Flag) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
@@ -263,8 +264,10 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
     design = np.column_stack([*slopes, np.ones(len(time))])
     design /= np.linalg.norm(design, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
-    left = time - design @ solution
-    dof = len(time) - int(rank)
+    fitted = design @ solution
+    left = time - fitted
+    count = len(time)
+    dof = count - int(rank)
     variance = left @ left / max(dof, 1)
     of_rounding = np.mean(np.square(log.time_step)) / 12
     return dof, math.sqrt(variance + of_rounding)
@@ -514,7 +517,8 @@ def shared(logs: Logs, by_spin: bool = False) -> Pairs:
     order = np.argsort(number, kind="stable")
     twice = np.flatnonzero(np.diff(number[order]) == 0)
     at = order[twice]
-    behind = order[twice + 1]
+    following = twice + 1
+    behind = order[following]
     first, second = np.divmod(number[at], count)
     return Pairs(first, second, np.maximum(p[at], p[behind]))
 
@@ -620,8 +624,10 @@ def _chances_of_distances(logs: Logs, rows: Integers) -> Floats:
 
     `rows`: The rows of the m logs, shape (m, n).
     """
-    spin = np.log(logs.spin[rows])
-    spin -= np.median(spin, axis=0)
+    spins = logs.spin[rows]
+    spin = np.log(spins)
+    middle_spin = np.median(spin, axis=0)
+    spin -= middle_spin
     size = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12
     counts = logs.useful[rows].astype(float)
     number = counts @ counts.T
@@ -710,7 +716,8 @@ def _tell_spins(logs: Logs, first: int, second: int) -> str:
 
 def _difference(values: Floats, others: Floats) -> str:
     """Write the relative difference of two series, root mean square."""
-    relative = np.log(values / others)
+    ratios = values / others
+    relative = np.log(ratios)
     percent = 100 * math.sqrt(np.mean(relative**2))
     return f"{percent:.2g} %"
 

@@ -77,7 +77,7 @@ class Decision(Struct, frozen=True):
     why: str
 
     @property
-    def told(self) -> str:
+    def signed_why(self) -> str:
         """Why, and who says so."""
         if not self.by:
             return self.why
@@ -86,7 +86,7 @@ class Decision(Struct, frozen=True):
     def __str__(self) -> str:
         decision = f"{self.what} {self.value}".rstrip()
         colon = ":" if self.why else ""
-        return f"{decision}{colon} {self.told}".rstrip()
+        return f"{decision}{colon} {self.signed_why}".rstrip()
 
 
 class Reported(TypedDict, total=False):
@@ -224,8 +224,8 @@ def grade_submission(
             readings = yardsticks.corrected(readings, mistake)
         analysis, wide = _analysed(readings, rubric)
     except (GyroError, ArithmeticError, ValueError) as error:
-        found = getattr(error, "diagnostics", ())
-        return not_graded(submission, rubric, _why_not(error), found)
+        notes = getattr(error, "diagnostics", ())
+        return not_graded(submission, rubric, _why_not(error), notes)
     lacks = _lacks(analysis, rubric)
     answers = bench.answers
     if reported is not None:
@@ -481,9 +481,11 @@ def _doubt(grade: Grade, references: References) -> _Doubt | None:
         return None
     inertia = grade.inertia
     value = grade.reported_inertia or 0.0
-    disagree = (grade.d or 0.0) > FAR
+    d = grade.d or 0.0
+    disagree = d > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
-    far = reference.zeta(inertia, share * inertia)
+    u_of_log = share * inertia
+    far = reference.zeta(inertia, u_of_log)
     u = min(share, yardsticks.COARSEST) * value
     wrong_log = disagree and _is_answer_nearer(reference, inertia, value, u)
     if not wrong_log and (disagree or far <= LOOKED_AT):
@@ -495,9 +497,11 @@ def _is_answer_nearer(
     reference: yardsticks.Reference, inertia: float, value: float, u: float
 ) -> bool:
     """Return whether an answer agrees with the reference, and its log does not."""
-    agrees = reference.zeta(value, u) <= AGREES
-    away_of_log = abs(inertia - reference.inertia)
-    away_of_answer = abs(value - reference.inertia)
+    zeta = reference.zeta(value, u)
+    agrees = zeta <= AGREES
+    expected = reference.inertia
+    away_of_log = abs(inertia - expected)
+    away_of_answer = abs(value - expected)
     return agrees and away_of_log > MUCH * away_of_answer
 
 
@@ -586,7 +590,8 @@ def added_up(grade: Grade) -> Grade:
         why = "; ".join(reasons) if grade.own else grade.why
         return replace(grade, status="not graded", why=why, points=None)
     total = sum(mark.points or 0.0 for mark in grade.marks)
-    left = max(0.0, total - grade.late_deduction)
+    left = total - grade.late_deduction
+    left = max(0.0, left)
     status: Status = "so far" if open_marks else "graded"
     return replace(grade, status=status, why=None, points=round(left, 2))
 
@@ -759,14 +764,14 @@ def _note_on_answer(
         problem = answers.inertia.problem
     if handed_in.inertia is not None:
         words = _words_of_answer(handed_in.inertia, problem, handed_in)
-        return Diagnostic.named("answer_read", file, handed_in.line, told=words)
+        return Diagnostic.named("answer_read", file, handed_in.line, words=words)
     files = sorted(shown(PurePosixPath(member).name) for member in submission.members)
     words = f"no I_zz is found in {listing(files)}"
     more = ""
     if answers.inertia is not None:
         words = f"the answer cannot be read: {problem}"
         more = ", and take its other lines with an I_zz out" * (file == log)
-    values = {"told": words, "log": log, "more": more}
+    values = {"words": words, "log": log, "more": more}
     return Diagnostic.named("answer_missing", file, handed_in.line, **values)
 
 

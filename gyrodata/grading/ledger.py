@@ -207,7 +207,8 @@ class Desk(Struct, frozen=True):
         name = self.value(item.student, CORRECTED)
         if name is None:
             return item
-        path = (self.folder / name).resolve()
+        path = self.folder / name
+        path = path.resolve()
         return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
     def applied(
@@ -221,7 +222,8 @@ class Desk(Struct, frozen=True):
         about = f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         digest = hashlib.sha256(about).hexdigest()
         stale = _stale(lines, grade, item, first_seen)
-        grade = _with_points(_with_marks(grade, decisions), decisions)
+        grade = _with_marks(grade, decisions)
+        grade = _with_points(grade, decisions)
         is_settled = any(what in decisions for what in SETTLING)
         looks = () if is_settled else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
@@ -252,7 +254,7 @@ def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     for mark in grade.marks:
         if decision := decisions.get(mark.criterion):
             points = _points_in(decision)
-            reason = f"given by hand: {decision.told}".removesuffix(": ")
+            reason = f"given by hand: {decision.signed_why}".removesuffix(": ")
             mark = replace(mark, points=points, reason=reason, detail={}, rule="")
         marks.append(mark)
     late = decisions.get("late")
@@ -281,8 +283,9 @@ def _with_points(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     bonus = decisions.get("bonus")
     if bonus is not None and grade.points is not None:
         added = read_number(bonus.value) or 0.0
-        points = round(grade.points + added, 2)
-        grade = replace(grade, points=max(0.0, points))
+        points = grade.points + added
+        points = max(0.0, round(points, 2))
+        grade = replace(grade, points=points)
     if "excuse" in decisions:
         return replace(grade, status="excused", why=None, points=None)
     if "hold" in decisions:
@@ -474,7 +477,8 @@ def forms_of(name: str) -> list[str]:
     Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
     """
     # "Lucía" is "Lucia" in many lists.
-    signs = unicodedata.normalize("NFD", name.casefold())
+    folded = name.casefold()
+    signs = unicodedata.normalize("NFD", folded)
     name = "".join(sign for sign in signs if not unicodedata.combining(sign))
     words = re.findall(r"[^\W_]+", name)
     joined = []
@@ -617,7 +621,8 @@ def find_offers(
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
-    different = dict.fromkeys(_offers(class_grades, by_hand))
+    every = _offers(class_grades, by_hand)
+    different = dict.fromkeys(every)
     offers = filter(class_grades.desk.waits, different)
     by_reason = grouped((offer.reason, offer) for offer in offers)
     return list(chain.from_iterable(by_reason.values()))

@@ -176,30 +176,30 @@ def _name_by_folders(files: Listing, outer: str) -> Named:
     named = {
         name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
     }
-    return _told_apart(named, inner) if in_folders else named
+    return _numbered(named, inner)
 
 
-def _told_apart(named: Named, inner: Mapping[str, str]) -> Named:
+def _numbered(named: Named, inner: Mapping[str, str]) -> Named:
     """Number the students whose folders are shown with the same name.
 
     These names differ by blanks or by letters that nobody sees.
     """
-    folder_of = {
-        name: unicodedata.normalize("NFC", own.partition("/")[0])
-        for name, own in inner.items()
-    }
+    parts = {name: part for name, part in named.items() if part and "/" in inner[name]}
+    folder_of = {}
     folders_of: dict[str, set[str]] = {}
-    for name, part in named.items():
-        if part is not None:
-            folders_of.setdefault(part.student, set()).add(folder_of[name])
-    for name, part in named.items():
-        if part is None or len(folders_of[part.student]) == 1:
-            continue
+    for name, part in parts.items():
+        folder = inner[name].partition("/")[0]
+        folder_of[name] = unicodedata.normalize("NFC", folder)
+        folders_of.setdefault(part.student, set()).add(folder_of[name])
+    for name, part in parts.items():
         # The folder that has exactly this name keeps it.
-        others = sorted(folders_of[part.student] - {part.student})
-        folder = folder_of[name]
-        if folder != part.student:
-            key = f"{part.student} ({others.index(folder) + 2})"
+        folders = folders_of[part.student]
+        others = sorted(folders - {part.student})
+        own = folders & {part.student}
+        in_order = [*own, *others]
+        number = in_order.index(folder_of[name]) + 1
+        if number > 1:
+            key = f"{part.student} ({number})"
             other = replace(part, student=key, name=key, ids={"folder": key})
             named[name] = replace(other, feedback_stem=key)
     return named

@@ -173,36 +173,33 @@ def _name_by_folders(files: Listing, outer: str) -> Named:
     in_folders = any("/" in own for own in logs or all_names)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
-    named = {
-        name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
+    students = _students_of_folders(inner.values())
+    return {
+        name: _of_folder(own, in_folders, files.root, students)
+        for name, own in inner.items()
     }
-    return _numbered(named, inner)
 
 
-def _numbered(named: Named, inner: Mapping[str, str]) -> Named:
-    """Number the students whose folders are shown with the same name.
+def _students_of_folders(names: Iterable[str]) -> dict[str, str]:
+    """Return the key of the student of each folder.
 
-    These names differ by blanks or by letters that nobody sees.
+    Folders that differ by blanks or by letters that nobody sees are of different
+    students. The folder that has exactly the name that is shown keeps it.
     """
-    parts = {name: part for name, part in named.items() if part and "/" in inner[name]}
-    folder_of = {}
-    folders_of: dict[str, set[str]] = {}
-    for name, part in parts.items():
-        folder = inner[name].partition("/")[0]
-        folder_of[name] = unicodedata.normalize("NFC", folder)
-        folders_of.setdefault(part.student, set()).add(folder_of[name])
-    for name, part in parts.items():
-        # The folder that has exactly this name keeps it.
-        folders = folders_of[part.student]
-        others = sorted(folders - {part.student})
-        own = folders & {part.student}
-        in_order = [*own, *others]
-        number = in_order.index(folder_of[name]) + 1
-        if number > 1:
-            key = f"{part.student} ({number})"
-            other = replace(part, student=key, name=key, ids={"folder": key})
-            named[name] = replace(other, feedback_stem=key)
-    return named
+    folders = {_composed_folder(name) for name in names}
+    students: dict[str, str] = {}
+    counts = Counter[str]()
+    for folder in sorted(folders, key=lambda folder: (folder != shown(folder), folder)):
+        student = shown(folder) or "_"
+        counts[student] += 1
+        number = counts[student]
+        students[folder] = f"{student} ({number})" if number > 1 else student
+    return students
+
+
+def _composed_folder(name: str) -> str:
+    """Return the first folder of a name, with composed letters."""
+    return unicodedata.normalize("NFC", name.partition("/")[0])
 
 
 def _folders_below(files: Listing, outer: str) -> dict[str, str]:
@@ -291,14 +288,16 @@ def _time_of_stamp(stamp: str) -> str | None:
     return re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", stamp) or None
 
 
-def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
+def _of_folder(
+    name: str, in_folders: bool, root: Path, students: Mapping[str, str]
+) -> Submission | None:
     """Read the name of a student's folder, or of a student's file."""
-    first, slash, rest = name.partition("/")
+    _, slash, rest = name.partition("/")
     is_below = bool(slash)
     is_other = not is_below and ending(name) in _NO_SUBMISSION
     if is_below != in_folders or is_other:
         return None
-    student = (shown(first) or "_") if is_below else _flat_key(name)
+    student = students[_composed_folder(name)] if is_below else _flat_key(name)
     file = rest if is_below else name
     ids = {"folder": student}
     return Submission(student, student, ids, root, log_file=file, feedback_stem=student)

@@ -232,8 +232,8 @@ def grade(
         changes = _changes(grades, folder)
         filled = inputs.filled(grades, folder, desk)
         if not quiet:
-            told = output.told_of(grades, changes, filled, dry_run)
-            tell(*told.splitlines())
+            summary = output.describe_run(grades, changes, filled, dry_run)
+            tell(*summary.splitlines())
         if target is not None:
             output.write_rubric(target, inputs.rubric_text)
             _write(grades, target, filled, quiet, anonymous)

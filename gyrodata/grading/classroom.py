@@ -143,7 +143,9 @@ def grade(
     insist_on_type("workers", workers, int, "a number of processes")
     if workers < 0:
         raise ValueError(f"workers is {workers}; it must be 0 or more")
-    kind = str(rubric or "full")
+    kind = "full"
+    if rubric:
+        kind = str(rubric)
     is_built_in = kind in BUILT_IN
     text = (
         default_rubric_text(kind).encode() if is_built_in else Path(kind).read_bytes()
@@ -190,24 +192,29 @@ def grade_class(
     meant = roster.who_is_meant(items)
     work = _Work.begun(rubric, options, desk)
     work.grade([item for item in items if item.log_name is not None])
-    partners = find_partners(_texts_on_partners(items, work), roster, meant)
+    texts = _texts_on_partners(items, work)
+    partners = find_partners(texts, roster, meant)
     items = _with_shared_logs(items, partners, desk)
     work.grade([item for item in items if item.student not in work.entries])
     work.write(items)
-    groups = [*partners.groups, *partners_by_log(items)]
+    with_same_log = partners_by_log(items)
+    groups = [*partners.groups, *with_same_log]
     declared = [*groups, *desk.partners]
     prints = work.prints
-    flags = flag_class(prints, declared, previous, examples_for(prints))
+    examples = examples_for(prints)
+    flags = flag_class(prints, declared, previous, examples)
     flags = in_order([*flags, *flag_simulated(prints)])
-    same_data = [*declared, *desk.alike(flags)]
+    alike = desk.alike(flags)
+    same_data = [*declared, *alike]
     settled, standard = _settled(items, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
     grades = []
     for grade, item in zip(settled, items, strict=True):
         more = filter(None, [looks.get(item.student)])
         grade = replace(grade, look=(*grade.look, *more))
-        seen = work.entries[item.student].subjects
-        grades.append(desk.applied(grade, item, seen))
+        entry = work.entries[item.student]
+        decided = desk.applied(grade, item, entry.subjects)
+        grades.append(decided)
     diagnostics = (*submissions.diagnostics, *notes)
     submissions = replace(submissions, items=items, diagnostics=diagnostics)
     different_logs = each_log_once(settled, same_data)
@@ -295,7 +302,8 @@ def _with_shared_log(
     if not decided and not (item.problem or "").startswith(NO_LOG):
         return item
     own_partners = decided or partners.of(item.student)
-    known = sorted(own_partners & with_log.keys())
+    named = own_partners & with_log.keys()
+    known = sorted(named)
     logs = {with_log[key].log_digest: with_log[key] for key in reversed(known)}
     if not logs:
         return item
@@ -339,7 +347,7 @@ def _chosen(
 ) -> tuple[tuple[Submission, ...], list[Diagnostic]]:
     """Choose the log of each submission; also return notes on the choices."""
     chosen = {}
-    with options.run(_choose_one, listed) as answers:
+    with options.run(_choose_log_of, listed) as answers:
         for item, answer in answers:
             if isinstance(answer, Failed):
                 answer = unread(item, str(answer)), []
@@ -349,7 +357,7 @@ def _chosen(
     return tuple(item for item, _ in sorted_again), notes
 
 
-def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
+def _choose_log_of(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     """Choose the log of a submission, and the digest of all that its grade needs."""
     made, choice = choose(item)
     if item.log_name is not None:
@@ -396,7 +404,7 @@ def _reconsidered(
     waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], standard.references)]
     if waiting:
         _load_analysis()
-    work = partial(_reconsider_one, standard)
+    work = partial(_reconsider_grade, standard)
     with options.run(work, waiting) as answers:
         for (grade, _, _), answer in answers:
             if isinstance(answer, Failed):
@@ -406,7 +414,7 @@ def _reconsidered(
     return list(grades.values())
 
 
-def _reconsider_one(standard: Standard, doubt: Doubt) -> Grade:
+def _reconsider_grade(standard: Standard, doubt: Doubt) -> Grade:
     """Look for a mistake in one log."""
     grade, item, typed = doubt
     # Only a copy keeps the texts that are read.
@@ -523,7 +531,7 @@ class _Work(Struct):
                 waiting.append((item, reported))
         if waiting:
             _load_analysis()
-        work = partial(_grade_one, self.rubric)
+        work = partial(_grade_student, self.rubric)
         # Closed at once if Ctrl-C stops this process, so that no worker goes on.
         with self.options.run(work, waiting) as answers:
             for (item, _), answer in answers:
@@ -572,7 +580,7 @@ class _Work(Struct):
             disk.write_whole(self.writes, lines, private=True, sync=True)
 
 
-def _grade_one(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
+def _grade_student(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
     """Grade one submission in a worker, with I_zz as a person typed it, or ""."""
     item, reported = task
     # Only a copy keeps the texts that are read.

@@ -107,7 +107,8 @@ def points_of(deduction: str | float, whole: float) -> float:
     """Read a deduction from `whole` points."""
     if not isinstance(deduction, str):
         return deduction
-    percent = float(deduction.rstrip(" %"))
+    number = deduction.rstrip(" %")
+    percent = float(number)
     return percent / 100 * whole
 
 
@@ -139,16 +140,17 @@ def mark(
 
     If no share is given, it follows from the criterion's variable in `detail`.
     """
-    number = detail.get(criterion.curve.variable)
+    curve = criterion.curve
+    number = detail.get(curve.variable)
     if share is not None and math.isnan(share):
         share = 0.0
         if isinstance(number, float):
-            share = criterion.curve.share(number)
+            share = curve.share(number)
     points = None
     if share is not None:
         points = round(share * criterion.points, 2)
     is_by_rule = number is not None and "slip_cost" not in detail
-    rule = criterion.told if is_by_rule else ""
+    rule = criterion.rule if is_by_rule else ""
     return Mark(
         criterion.id,
         criterion.title,
@@ -177,7 +179,8 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     if doubted:
         things = count_text(len(doubted), "thing")
         content = f", with {things} to correct: {_listed(doubted)}"
-    runs = count_text(len(evidence.analysis.run_table), "run")
+    count = len(evidence.analysis.run_table)
+    runs = count_text(count, "run")
     reason = f"{runs}{content}"
     return mark(criterion, reason, {"warnings": float(len(doubted))})
 
@@ -195,7 +198,8 @@ def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
         place = diagnostic.cell or f"line {diagnostic.line}"
         message = diagnostic.message
         lines.append(f"{place}: {message}" if diagnostic.line else message)
-    left = len(diagnostics) - most
+    count = len(diagnostics)
+    left = count - most
     if left > 0:
         lines.append(f"and {left} more")
     return "; ".join(lines)
@@ -255,7 +259,8 @@ def _scatter_mark(
         p = -math.expm1(len(chances) * math.log1p(-smallest))
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if criterion.curve.variable == "p":
-        is_usual = criterion.curve.share(p) == 1
+        share = criterion.curve.share(p)
+        is_usual = share == 1
         agrees = "agrees with" if is_usual else "is more than"
         reason += f", which {agrees} {words} ({p_text(p)})"
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
@@ -311,8 +316,9 @@ def _away(
     _, value, matched = evidence.answer
     factor = evidence.factor if is_corrected else 1.0
     if criterion.curve.variable == "percent":
-        ratio = value / factor / matched.value
-        return 100 * abs(ratio - 1)
+        corrected = value / factor
+        percent = 100 * (corrected / matched.value - 1)
+        return abs(percent)
     if is_corrected and evidence.slips:
         return evidence.slips[0].distance
     return evidence.d
@@ -323,7 +329,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported_words = f"you report {inertia_text(value, reported.u)}"
     own_value = inertia_text(matched.value, matched.u)
     own = f"{own_value} ({fit_words(matched.name)})"
-    times = factor_text(value / matched.value)
+    factor = value / matched.value
+    times = factor_text(factor)
     d = evidence.d
     if evidence.slips:
         d = evidence.slips[0].distance
@@ -442,7 +449,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         reason = "no uncertainty is reported; write it after the value: "
         reason += "4.4e-3 ± 0.1e-3 kg m^2"
         return mark(criterion, reason, {}, 0.0)
-    u = reported.u / abs(evidence.factor)
+    factor = abs(evidence.factor)
+    u = reported.u / factor
     low, high = _u_of_fits(evidence)
     ratio = min(u / low, max(1.0, u / high))
     spread = _spread_of_weights(evidence.analysis)
@@ -456,7 +464,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
-        is_accepted = criterion.curve.share(ratio) == 1
+        share = criterion.curve.share(ratio)
+        is_accepted = share == 1
         verdict = "a little" if is_accepted else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits"
         reason += f" of your runs give, {whole}"
@@ -530,7 +539,8 @@ def _fault_of_last_digit(evidence: Evidence) -> str:
     if not reported.u_step:
         u = reported.u
         if not u:
-            u = evidence.own.yardstick * abs(value)
+            yardstick = evidence.own.yardstick
+            u = yardstick * abs(value)
         if high < u / 150:
             return "the value has more digits than its uncertainty justifies"
         return ""

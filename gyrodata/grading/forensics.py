@@ -89,7 +89,8 @@ def flag_class(
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
     """Sort flags by kind, in the order of `KINDS`, then by students."""
-    return tuple(sorted(flags, key=_place))
+    in_place = sorted(flags, key=_place)
+    return tuple(in_place)
 
 
 def _place(flag: Flag) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
@@ -99,8 +100,9 @@ def _place(flag: Flag) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
 
 # --- the fingerprint of a log ---
 
-WEIGHED_AGAIN = 0.015
-"""Largest share by which the torques of one weight differ."""
+WEIGHED_AGAIN, NEXT_WEIGHT = 0.015, 0.05
+"""Torques that differ by less than the first share are of one weight. Torques that differ
+by more than the second are of two weights, even if each number was changed a little."""
 
 MOST_ROWS = 200  # a longer log is compared by the rows with the shortest times
 
@@ -139,7 +141,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     torque = _rounded(measured.torque, 9)
     # Rows with equal torque and spin keep the order of the file: sorted times would
     # look alike by themselves.
-    order = np.lexsort((measured.spin, weights(torque)))
+    order = np.lexsort((torque, measured.spin, weights(torque, NEXT_WEIGHT)))
     if len(order) > MOST_ROWS:
         shortest = np.argsort(measured.time, kind="stable")[:MOST_ROWS]
         order = order[np.isin(order, shortest)]
@@ -200,16 +202,16 @@ def _words_of(text: str) -> str:
     return " ".join(re.findall("[a-z]+", text.lower()))
 
 
-def weights(torque: Floats) -> Integers:
+def weights(torque: Floats, apart: float = WEIGHED_AGAIN) -> Integers:
     """Return the number of the weight of each row, in the order of torque.
 
     A weight that is weighed again has the same number.
 
-    Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
+    Torques that differ by less than the share `apart` are of one weight.
     """
     sizes = np.array(sorted(set(torque.tolist())))
     larger = sizes[1:]
-    is_other = np.diff(sizes) > WEIGHED_AGAIN * np.abs(larger)
+    is_other = np.diff(sizes) > apart * np.abs(larger)
     return np.searchsorted(larger[is_other], torque, side="right")
 
 
@@ -262,8 +264,10 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
     design = np.column_stack([*slopes, np.ones(len(time))])
     design /= np.linalg.norm(design, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
-    left = time - design @ solution
-    dof = len(time) - int(rank)
+    fitted = design @ solution
+    left = time - fitted
+    count = len(time)
+    dof = count - int(rank)
     variance = left @ left / max(dof, 1)
     of_rounding = np.mean(np.square(log.time_step)) / 12
     return dof, math.sqrt(variance + of_rounding)
@@ -513,7 +517,8 @@ def shared(logs: Logs, by_spin: bool = False) -> Pairs:
     order = np.argsort(number, kind="stable")
     twice = np.flatnonzero(np.diff(number[order]) == 0)
     at = order[twice]
-    behind = order[twice + 1]
+    following = twice + 1
+    behind = order[following]
     first, second = np.divmod(number[at], count)
     return Pairs(first, second, np.maximum(p[at], p[behind]))
 
@@ -597,7 +602,8 @@ def similar(logs: Logs) -> Pairs:
     pairs: list[tuple[int, int, float]] = []
     by_pattern: dict[tuple[int, ...], list[int]] = {}
     for log, fingerprint in enumerate(logs.prints):
-        pattern = tuple(weights(np.array(fingerprint.torque)).tolist())
+        torque = np.array(fingerprint.torque)
+        pattern = tuple(weights(torque, NEXT_WEIGHT).tolist())
         by_pattern.setdefault(pattern, []).append(log)
     for pattern, members in by_pattern.items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
@@ -618,8 +624,10 @@ def _chances_of_distances(logs: Logs, rows: Integers) -> Floats:
 
     `rows`: The rows of the m logs, shape (m, n).
     """
-    spin = np.log(logs.spin[rows])
-    spin -= np.median(spin, axis=0)
+    spins = logs.spin[rows]
+    spin = np.log(spins)
+    middle_spin = np.median(spin, axis=0)
+    spin -= middle_spin
     size = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12
     counts = logs.useful[rows].astype(float)
     number = counts @ counts.T
@@ -708,7 +716,8 @@ def _tell_spins(logs: Logs, first: int, second: int) -> str:
 
 def _difference(values: Floats, others: Floats) -> str:
     """Write the relative difference of two series, root mean square."""
-    relative = np.log(values / others)
+    ratios = values / others
+    relative = np.log(ratios)
     percent = 100 * math.sqrt(np.mean(relative**2))
     return f"{percent:.2g} %"
 

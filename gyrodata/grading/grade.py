@@ -60,7 +60,7 @@ FAR = 3.0
 TOO_WIDE = "the log states uncertainties far over the usual, so the usual ones are used"
 MOST_WIDER, MOST_ROUGHER = 1.5, 5.0
 """Uncertainties that a log states are used unless they widen u of I_zz by more than the
-first factor, or those of φ̇ψ̇ by more than the second."""
+first factor, or those of φ̇ψ̇ by more than the second; and so are its days."""
 
 # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
 WILD = 0.3
@@ -77,7 +77,7 @@ class Decision(Struct, frozen=True):
     why: str
 
     @property
-    def told(self) -> str:
+    def signed_why(self) -> str:
         """Why, and who says so."""
         if not self.by:
             return self.why
@@ -86,7 +86,7 @@ class Decision(Struct, frozen=True):
     def __str__(self) -> str:
         decision = f"{self.what} {self.value}".rstrip()
         colon = ":" if self.why else ""
-        return f"{decision}{colon} {self.told}".rstrip()
+        return f"{decision}{colon} {self.signed_why}".rstrip()
 
 
 class Reported(TypedDict, total=False):
@@ -224,8 +224,8 @@ def grade_submission(
             readings = yardsticks.corrected(readings, mistake)
         analysis, wide = _analysed(readings, rubric)
     except (GyroError, ArithmeticError, ValueError) as error:
-        found = getattr(error, "diagnostics", ())
-        return not_graded(submission, rubric, _why_not(error), found)
+        notes = getattr(error, "diagnostics", ())
+        return not_graded(submission, rubric, _why_not(error), notes)
     lacks = _lacks(analysis, rubric)
     answers = bench.answers
     if reported is not None:
@@ -265,22 +265,31 @@ def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, str]:
     stated = list_stated(readings)
     if not stated:
         return check_fit(fit_log(readings, Options())), ""
-    usual = fit_log(with_usual(readings, rubric.bench), Options())
+    usual_readings = with_usual(readings, rubric.bench)
+    usual = fit_log(usual_readings, Options())
+    one_day = usual
+    if readings.blocks:
+        # The residual torque of each day widens u, too.
+        one_day = fit_log(replace(usual_readings, blocks=()), Options())
     with suppress(GyroError):
         own = check_fit(fit_log(readings, Options()))
-        if not _widen(own, usual):
+        if not _widen(own, one_day) and not _roughen(own, usual):
             return own, ""
-    return check_fit(usual), f"{TOO_WIDE}: {listing(stated)}"
+    return check_fit(one_day), f"{TOO_WIDE}: {listing(stated)}"
 
 
 def _widen(own: FittedLog, usual: FittedLog) -> bool:
-    """Return whether the uncertainties of a log are far over the usual ones."""
+    """Return whether a log's own statements make u of I_zz far too large."""
     u = own.inertia.u or math.inf
     usual_u = usual.inertia.u or 0.0
+    return u > MOST_WIDER * usual_u
+
+
+def _roughen(own: FittedLog, usual: FittedLog) -> bool:
+    """Return whether a log's own uncertainties hide the scatter of its runs."""
     scatter = sum(chi2 for chi2, _ in criteria.scatter_of(own))
     usual_scatter = sum(chi2 for chi2, _ in criteria.scatter_of(usual))
-    is_wide = u > MOST_WIDER * usual_u
-    return is_wide or MOST_ROUGHER**2 * scatter < usual_scatter
+    return MOST_ROUGHER**2 * scatter < usual_scatter
 
 
 def _lacks(analysis: FittedLog, rubric: Rubric) -> list[Diagnostic]:
@@ -447,7 +456,7 @@ of the answer."""
 
 # a log whose I_zz is farther from the reference needs a look [standard uncertainties of
 # both]
-LOOKED_AT = 10.0
+LOOKED_AT = 5.0
 
 
 class _Doubt(NamedTuple):
@@ -472,9 +481,11 @@ def _doubt(grade: Grade, references: References) -> _Doubt | None:
         return None
     inertia = grade.inertia
     value = grade.reported_inertia or 0.0
-    disagree = (grade.d or 0.0) > FAR
+    d = grade.d or 0.0
+    disagree = d > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
-    far = reference.zeta(inertia, share * inertia)
+    u_of_log = share * inertia
+    far = reference.zeta(inertia, u_of_log)
     u = min(share, yardsticks.COARSEST) * value
     wrong_log = disagree and _is_answer_nearer(reference, inertia, value, u)
     if not wrong_log and (disagree or far <= LOOKED_AT):
@@ -486,9 +497,11 @@ def _is_answer_nearer(
     reference: yardsticks.Reference, inertia: float, value: float, u: float
 ) -> bool:
     """Return whether an answer agrees with the reference, and its log does not."""
-    agrees = reference.zeta(value, u) <= AGREES
-    away_of_log = abs(inertia - reference.inertia)
-    away_of_answer = abs(value - reference.inertia)
+    zeta = reference.zeta(value, u)
+    agrees = zeta <= AGREES
+    expected = reference.inertia
+    away_of_log = abs(inertia - expected)
+    away_of_answer = abs(value - expected)
     return agrees and away_of_log > MUCH * away_of_answer
 
 
@@ -577,7 +590,8 @@ def added_up(grade: Grade) -> Grade:
         why = "; ".join(reasons) if grade.own else grade.why
         return replace(grade, status="not graded", why=why, points=None)
     total = sum(mark.points or 0.0 for mark in grade.marks)
-    left = max(0.0, total - grade.late_deduction)
+    left = total - grade.late_deduction
+    left = max(0.0, left)
     status: Status = "so far" if open_marks else "graded"
     return replace(grade, status=status, why=None, points=round(left, 2))
 
@@ -750,14 +764,14 @@ def _note_on_answer(
         problem = answers.inertia.problem
     if handed_in.inertia is not None:
         words = _words_of_answer(handed_in.inertia, problem, handed_in)
-        return Diagnostic.named("answer_read", file, handed_in.line, told=words)
+        return Diagnostic.named("answer_read", file, handed_in.line, words=words)
     files = sorted(shown(PurePosixPath(member).name) for member in submission.members)
     words = f"no I_zz is found in {listing(files)}"
     more = ""
     if answers.inertia is not None:
         words = f"the answer cannot be read: {problem}"
         more = ", and take its other lines with an I_zz out" * (file == log)
-    values = {"told": words, "log": log, "more": more}
+    values = {"words": words, "log": log, "more": more}
     return Diagnostic.named("answer_missing", file, handed_in.line, **values)
 
 

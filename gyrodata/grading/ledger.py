@@ -208,7 +208,8 @@ class Desk(Struct, frozen=True):
         name = self.value(item.student, CORRECTED)
         if name is None:
             return item
-        path = (self.folder / name).resolve()
+        path = self.folder / name
+        path = path.resolve()
         return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
     def applied(
@@ -222,7 +223,8 @@ class Desk(Struct, frozen=True):
         about = f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         digest = hashlib.sha256(about).hexdigest()
         stale = _stale(lines, grade, item, first_seen)
-        grade = _with_points(_with_marks(grade, decisions), decisions)
+        grade = _with_marks(grade, decisions)
+        grade = _with_points(grade, decisions)
         is_settled = any(what in decisions for what in SETTLING)
         looks = () if is_settled else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
@@ -254,7 +256,7 @@ def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
         if decision := decisions.get(mark.criterion):
             points = _points_in(decision)
             colon = ":" if decision.why else ""
-            reason = f"given by hand{colon} {decision.told}".rstrip()
+            reason = f"given by hand{colon} {decision.signed_why}".rstrip()
             mark = replace(mark, points=points, reason=reason, detail={}, rule="")
         marks.append(mark)
     late = decisions.get("late")
@@ -283,8 +285,9 @@ def _with_points(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     bonus = decisions.get("bonus")
     if bonus is not None and grade.points is not None:
         added = read_number(bonus.value) or 0.0
-        points = round(grade.points + added, 2)
-        grade = replace(grade, points=max(0.0, points))
+        points = grade.points + added
+        points = max(0.0, round(points, 2))
+        grade = replace(grade, points=points)
     if "excuse" in decisions:
         return replace(grade, status="excused", why=None, points=None)
     if "hold" in decisions:
@@ -476,7 +479,8 @@ def forms_of(name: str) -> list[str]:
     Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
     """
     # "Lucía" is "Lucia" in many lists.
-    signs = unicodedata.normalize("NFD", name.casefold())
+    folded = name.casefold()
+    signs = unicodedata.normalize("NFD", folded)
     name = "".join(sign for sign in signs if not unicodedata.combining(sign))
     words = re.findall(r"[^\W_]+", name)
     joined = []
@@ -625,7 +629,8 @@ def find_offers(
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
-    different = dict.fromkeys(_offers(class_grades, by_hand))
+    every = _offers(class_grades, by_hand)
+    different = dict.fromkeys(every)
     offers = filter(class_grades.desk.waits, different)
     by_reason = grouped((offer.reason, offer) for offer in offers)
     return list(chain.from_iterable(by_reason.values()))

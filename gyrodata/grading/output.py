@@ -282,7 +282,7 @@ def _reasons(
     return reasons
 
 
-def told_of(
+def describe_run(
     class_grades: ClassGrades,
     changes: Iterable[exports.Change] | None,
     filled: Filled | None,

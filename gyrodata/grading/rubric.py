@@ -79,8 +79,8 @@ class LateException(Struct, frozen=True, forbid_unknown_fields=True):
     waive: Annotated[bool, Meta(examples=[True])] = False
 
     def __post_init__(self) -> None:
-        given = [self.due is not None, self.extra is not None, self.waive]
-        if sum(given) != 1:
+        stated = [self.due is not None, self.extra is not None, self.waive]
+        if sum(stated) != 1:
             raise unfit("late_exception_unclear")
 
 
@@ -359,7 +359,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         return Curve(name, (low, high), (least, most))
 
     @property
-    def told(self) -> str:
+    def rule(self) -> str:
         """The two conditions in words, for students."""
         name = self.curve.variable
         full = _in_words(self.full, name)

@@ -1,6 +1,6 @@
 """What a log states about itself that could make any answer agree with its runs.
 
-Those are uncertainties far over the usual, and unusual numbers of turns.
+Those are uncertainties far over the usual, days, and unusual numbers of turns.
 """
 
 from __future__ import annotations
@@ -17,13 +17,17 @@ from gyrodata.readings.settings import Setting, read_settings
 
 
 def list_stated(readings: Readings) -> list[str]:
-    """List the uncertainties that a log states, as it names them."""
+    """List what a log states that widens u: uncertainties by their names, and days."""
     lines = list(readings.uncertainties)
     columns = [
         f"u_{role}" for role, column in readings.columns.items() if column.stated
     ]
-    origin = ["of the length to the origin"] if readings.origin_u else []
-    return [*dict.fromkeys([*lines, *columns]), *origin]
+    others = []
+    if readings.origin_u:
+        others.append("of the length to the origin")
+    if readings.blocks:
+        others.append("of each day or group")
+    return [*dict.fromkeys([*lines, *columns]), *others]
 
 
 def with_usual(readings: Readings, bench: Mapping[str, str]) -> Readings:

@@ -164,6 +164,8 @@ def own_runs(analysis: FittedLog, accept: Sequence[str]) -> OwnRuns:
     product = analysis.fit.sense * np.abs(measured.product)
     best = OwnValue("recommended", inertia.value, inertia.u or None)
     u = _u_of_one_balance(analysis.fit)
+    if analysis.readings.blocks:
+        u = min(u, _u_of_one_day(analysis.readings))
     yardstick = min(max(u / abs(inertia.value), FINEST), COARSEST)
     return OwnRuns(
         product, measured.torque, tuple(sets), tuple(accept), best, yardstick
@@ -183,6 +185,15 @@ def _u_of_one_balance(fit: fitting.FitResult) -> float:
     weight = posterior.weight[least]
     mean = weight @ posterior.u[0, least] / weight.sum()
     return min(u, float(mean))
+
+
+def _u_of_one_day(readings: Readings) -> float:
+    """Return u of I_zz if the balance does not differ between days [kg*m^2]."""
+    from gyrodata.analysis import fit_log
+    from gyrodata.results import Options
+
+    one_day = fit_log(replace(readings, blocks=()), Options())
+    return _u_of_one_balance(one_day.fit)
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:

@@ -110,7 +110,14 @@ def whiten(sheet: Any) -> None:
         cell.font = Font(color="FFFFFFFF")
 
 
+PROGRAMS = {
+    "script": f"<p id=a>{RIGHT}</p><script>a.textContent = '{WRONG}'</script>",
+    "handler": f"<p>{RIGHT}</p><img src=a onerror='document.body.remove()'>",
+    "next page": f"<meta http-equiv=Refresh content='0; url=other.html'><p>{RIGHT}</p>",
+}
+"""Pages that a browser may show with another text."""
 DOUBTED: dict[str, tuple[str, str | bytes]] = {
+    **{f"html, {name}": ("report.html", text) for name, text in PROGRAMS.items()},
     **{f"html, {name}": ("report.html", text) for name, text in PAGES.items()},
     **{
         f"ipynb, {tag}": ("report.ipynb", notebook(tag))

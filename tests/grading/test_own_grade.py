@@ -494,6 +494,66 @@ def test_unusual_number_of_turns_is_a_question(factor: float) -> None:
     assert any("unusual number of turns" in look for look in one["look"])
 
 
+def with_days(factors: Callable[[int], float], day: Callable[[int], str]) -> str:
+    """The times of each row are changed by a factor, and the row belongs to a day."""
+    cells = [row.split(",") for row in ROWS]
+    lines = [
+        ",".join([*row[:3], f"{float(row[3]) * factors(at):.2f}", row[4], day(at)])
+        for at, row in enumerate(cells)
+    ]
+    return "\n".join([f"{TITLES},day", *lines]) + "\n"
+
+
+CLASS: dict[str, str | bytes] = {
+    f"s{i}/lab.csv": f"# station: 1\n{TITLES}\n{student.log().split(TITLES)[1]}"
+    for i, student in enumerate(
+        draw(STUDENT.number, seed, replace(USUAL, hand=0.08, missed=0.2))
+        for seed in range(21, 40)
+    )
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "log",
+    [
+        with_columns(
+            TITLES,
+            lambda c: [
+                *c[:4],
+                f"{float(Fraction(c[4])) / 1.17 + float(c[2]) / 1e5:.4f}",
+            ],
+        ),
+        with_columns(TITLES, lambda c: [*c[:3], f"{1.17 * float(c[3]):.2f}", c[4]]),
+        with_days(lambda at: 1.17, lambda at: f"d{at // 3}"),
+    ],
+)
+def test_log_written_to_fit_a_wrong_answer_is_a_question(log: str) -> None:
+    files = {**CLASS, "ann/lab.csv": f"# station: 1\n{OFF}\n{log}"}
+    student = grade(files, "--lms", "folder")["students"]["ann"]
+    assert points(student)["own_data"] == 6
+    assert points(student)["reference"] == 0
+    assert any("the log's own I_zz is" in look for look in student["look"])
+
+
+@pytest.mark.slow
+def test_days_make_no_wrong_answer_right() -> None:
+    """The weights contradict each other, unless each has a day of its own."""
+    by_weight = (1.3, 0.8, 1.0)
+    answers = [reported_line(f * OWN, 0.012 * OWN) for f in (0.85, 0.95, 1.1, 1.2)]
+    files: dict[str, str | bytes] = {}
+    for number, answer in enumerate(answers):
+        for name, days in (("plain", 9), ("days", 3)):
+            log = with_days(
+                lambda at: by_weight[at // 3], lambda at, days=days: f"d{at // days}"
+            )
+            files[f"{name}{number}/lab.csv"] = f"{answer}\n{log}"
+    students = grade(files, "--lms", "folder")["students"]
+    for number in range(len(answers)):
+        plain, days = students[f"plain{number}"], students[f"days{number}"]
+        assert points(days)["own_data"] <= points(plain)["own_data"] + 0.1
+
+
 @pytest.mark.slow
 def test_ten_degrees_less_than_a_turn_is_a_question() -> None:
     log = with_columns(

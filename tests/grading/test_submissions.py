@@ -69,6 +69,25 @@ def one_of(tmp_path: Path, files: Mapping[str, str], **options: str) -> Submissi
     ]  # type: ignore[arg-type]
 
 
+def test_folders_that_look_alike_are_of_different_students(tmp_path: Path) -> None:
+    folders = (
+        "ann",
+        "ann ",
+        "ann\u200b",
+        "bo ",
+        "bo  ",
+        "cy ",
+        "e\u0301va",
+        "\u00e9va",
+    )
+    root = make_folder(tmp_path / "c", {f"{folder}/lab.csv": LOG for folder in folders})
+    items = {item.student: item for item in find_submissions(root).items}
+    names = ["ann", "ann (2)", "ann (3)", "bo", "bo (2)", "cy", "\u00e9va"]
+    assert [*items] == names
+    assert items["ann"].members == ("ann/lab.csv",)
+    assert items["ann (2)"].feedback_stem == "ann (2)"
+
+
 def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None:
     jane = {
         name: data

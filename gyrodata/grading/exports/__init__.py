@@ -50,7 +50,8 @@ def grades_csv(class_grades: ClassGrades) -> str:
         }
     for grade in class_grades.grades:
         flags = class_grades.flags_of.get(grade.student, ())
-        rows[grade.student] = _cells(grade, flags)
+        student = grade.student
+        rows[student] = _cells(grade, flags)
     first = class_grades.grades[0]
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
     possible["name"] = f"graded by gyrodata {__version__}"
@@ -160,7 +161,8 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
         change = _change(student, old.get(student), new.get(student))
         if change is not None:
             changes.append(change)
-    return tuple(sorted(changes, key=_size, reverse=True))
+    largest_first = sorted(changes, key=_size, reverse=True)
+    return tuple(largest_first)
 
 
 Row = dict[str, str]
@@ -174,7 +176,8 @@ def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     name = (now or was or {}).get("name") or student
     if was is None or now is None:
         return Change(student, name, before, after, ())
-    parts = tuple(_changed_cells(was, now))
+    changed = _changed_cells(was, now)
+    parts = tuple(changed)
     is_same_person = was["name"] == now["name"]
     if before == after and is_same_person and not parts:
         return None

@@ -182,7 +182,8 @@ class _Filling(Struct):
             text = two_decimals(points).replace(".", mark)
             self._set(grade, row, self.layout.grade, text)
         if self.layout.comment is not None:
-            text = _comment_cell(self.comment(grade))
+            comment = self.comment(grade)
+            text = _comment_cell(comment)
             self._set(grade, row, self.layout.comment, text)
         if grade.student not in self.filled.filled[-1:]:
             self.filled.filled.append(grade.student)
@@ -213,7 +214,8 @@ def _comment_cell(text: str) -> str:
 
     A spreadsheet does not read a text that begins with a tag as a formula.
     """
-    plain = html.escape(text).strip()
+    escaped = html.escape(text)
+    plain = escaped.strip()
     paragraphs = re.sub(r"(?:(?<!\s)\s+)?\n\s*\n\s*", "</p><p>", plain)
     return f"<p>{paragraphs}</p>".replace("\n", "<br>")
 
@@ -246,7 +248,8 @@ def _why_refused(sheet: Sheet, layout: _Layout, row: int, points: float) -> str:
     if before.casefold() in _EXCUSED:
         return f'has "{before}" in the gradebook: excused or not assigned'
     if layout.top is not None:
-        most = read_number(sheet.value(row, layout.top))
+        maximum = sheet.value(row, layout.top)
+        most = read_number(maximum)
         if sheet.value(row, layout.top + 1).casefold() in _NO:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:
@@ -268,7 +271,8 @@ def _columns(sheet: Sheet, assignment: str | None) -> _Layout:
         raise InputError.named(
             "no_book_of_canvas", sheet.name, name=sheet.name, columns=""
         )
-    rows = range(1, len(sheet.rows))
+    count = len(sheet.rows)
+    rows = range(1, count)
     of_maximum = [row for row in rows if "Points Possible" in sheet.value(row, 0)]
     grade = _chosen_assignment(sheet, assignment)
     most = ""
@@ -346,7 +350,8 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     Columns are found by their content: the maximum is the last one with one number in
     every row, and the last column may have comments.
     """
-    columns = range(2, len(sheet.head))
+    count = len(sheet.head)
+    columns = range(2, count)
     values = {}
     numbers = []
     for at in columns:
@@ -367,7 +372,8 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     # Dates may be in the last column instead.
     last = columns[-1]
     has_comments = any(not text or text.startswith("<") for text in values[last])
-    is_behind = last >= top + 2
+    first = top + 2
+    is_behind = last >= first
     comment = last if has_comments and is_behind else None
     places = _groups_and_numbers(sheet, rows, top - 1)
     return _Layout("moodle", top - 1, most, labels, places, top, comment)

@@ -88,7 +88,8 @@ def _distance_text(z: float | None) -> str:
 
 def sentence(text: object) -> str:
     """Return one line with a capital and a full stop."""
-    line = shown(text).rstrip(".")
+    line = shown(text)
+    line = line.rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     if re.match("[a-z]{2}", line):
         line = line[:1].upper() + line[1:]
@@ -157,7 +158,8 @@ def _content(grade: Grade) -> dict[str, Any]:
     cost = next((cost for cost in costs if cost is not None), None)
     hands = [line for line in words.hands(grade).split("\n") if line]
     lead = words.lead(grade, short).strip()
-    verdict = words.verdict(grade).strip()
+    verdict = words.verdict(grade)
+    verdict = verdict.strip()
     fields = {"lead": lead, "verdict": verdict, "hands": hands}
     return {"grade": grade, "short": short, "slip_cost": cost, **fields}
 

@@ -145,9 +145,9 @@ def _student(
 
 def _about(grade: Grade) -> Iterator[str]:
     """Say in short lines what a grade is and why."""
-    given = points_text(grade.points)
-    points = f"{given} of {points_text(grade.out_of)} points"
-    yield points if grade.status == "graded" else f"{grade.status}, {points}"
+    points = points_text(grade.points)
+    total = f"{points} of {points_text(grade.out_of)} points"
+    yield total if grade.status == "graded" else f"{grade.status}, {total}"
     if grade.section:
         yield f"section {_plain(grade.section)}"
     if grade.station:

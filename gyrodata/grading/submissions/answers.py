@@ -90,8 +90,10 @@ def _documents(reports: Iterable[Document | tuple[str, bytes]]) -> list[Document
 def _lines_of(log: readings.Readings) -> list[str]:
     """Return the lines of a log that contain words, as a person sees them."""
     lines = in_cells(readings.lablog.split_lines(log.source_text))
-    seen = [without_marks(visible.line_seen(line)) for line in lines]
-    return [line.strip('#%" ') if re.search(_WORD, line) else "" for line in seen]
+    visible_lines = [without_marks(visible.of_line(line)) for line in lines]
+    return [
+        line.strip('#%" ') if re.search(_WORD, line) else "" for line in visible_lines
+    ]
 
 
 _WORD = r"[^\W\d_]{2}"
@@ -144,7 +146,7 @@ def _best(candidates: Sequence[Candidate]) -> Candidate:
     # The same answer may be written with more digits.
     chosen = max(equal, key=lambda candidate: candidate.read.step or 0.0)
     rivals = [each for each in equal if not _agree(chosen.read, each.read)]
-    return _given_twice(chosen, rivals[0]) if rivals else chosen
+    return _without_value(chosen, rivals[0]) if rivals else chosen
 
 
 def _goodness(candidate: Candidate) -> tuple[bool, Rank]:
@@ -159,7 +161,7 @@ def _goodness(candidate: Candidate) -> tuple[bool, Rank]:
 GIVEN_TWICE: Final = "given twice"
 
 
-def _given_twice(chosen: Candidate, rival: Candidate) -> Candidate:
+def _without_value(chosen: Candidate, rival: Candidate) -> Candidate:
     """Return a candidate without its value, because there is another one."""
     read = chosen.read
     first, second = (f'"{each.read.text}" in {each.place}' for each in (chosen, rival))
@@ -189,9 +191,9 @@ def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]
 
     Also ask about one with a statistical and another uncertainty.
     """
-    seen = [each.read for each in candidates if each.rank.is_named and not each.doubt]
+    shown = [each.read for each in candidates if each.rank.is_named and not each.doubt]
     where = f'the answer "{chosen.read.text}" in {chosen.place}'
-    if chosen.doubt and not any(_agree(chosen.read, read) for read in seen):
+    if chosen.doubt and not any(_agree(chosen.read, read) for read in shown):
         yield f"{where} may be hidden; look whether the file shows it"
     if chosen.of_gyro:
         what = f'"{chosen.read.text}" in {chosen.place}'

@@ -72,7 +72,7 @@ def read_document(name: str, data: bytes) -> Document:
         kind = ending(name) or "text"
         todo = "a person must look at it, or the student hands it in again"
         return Document(name, problem=f"it is damaged, or no {kind} file; {todo}")
-    plain = [without_marks(visible.line_seen(line)) for line in lines]
+    plain = [without_marks(visible.of_line(line)) for line in lines]
     return Document(name, plain, doubt, unseen)
 
 
@@ -108,10 +108,10 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
     text = _without_struck(text, kind)
     if kind in TABLES:
         return in_cells(readings.lablog.split_lines(text)), doubt
-    text = visible.text_seen(text)
+    text = visible.of_text(text)
     if kind == ".md":
         doubt = visible.has_answer_above(text)
-        text = visible.markdown_seen(text)
+        text = visible.of_markdown(text)
     if kind not in _PAGES:
         doubt = doubt or visible.may_be_unseen(text)
     text, is_hiding = _without_markup(text, kind)
@@ -200,7 +200,7 @@ def _without_markup(text: str, kind: str) -> tuple[str, bool]:
     doubt = False
     is_page = kind in (*_PAGES, ".md")
     if is_page or (kind != WORD and _TAG.search(text)):
-        text, doubt = visible.page_seen(text)
+        text, doubt = visible.of_page(text)
     if kind not in (*_PAGES, WORD) and not _TAG.search(text):
         return text, doubt
     for pattern, plain in _MARKUP:
@@ -244,7 +244,7 @@ def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
         tags += metadata.get("tags", ())
         source = "".join(cell["source"])
         if cell.get("cell_type") == "markdown":
-            source, _ = visible.page_seen(visible.markdown_seen(source))
+            source, _ = visible.of_page(visible.of_markdown(source))
         if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
             sources.append(source)
         if not hidden.get("outputs_hidden"):

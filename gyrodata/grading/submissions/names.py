@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import base64
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -172,9 +173,33 @@ def _name_by_folders(files: Listing, outer: str) -> Named:
     in_folders = any("/" in own for own in logs or all_names)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
+    students = _students_of_folders(inner.values())
     return {
-        name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
+        name: _of_folder(own, in_folders, files.root, students)
+        for name, own in inner.items()
     }
+
+
+def _students_of_folders(names: Iterable[str]) -> dict[str, str]:
+    """Return the key of the student of each folder.
+
+    Folders that differ by blanks or by letters that nobody sees are of different
+    students. The folder that has exactly the name that is shown keeps it.
+    """
+    folders = {_composed_folder(name) for name in names}
+    students: dict[str, str] = {}
+    counts = Counter[str]()
+    for folder in sorted(folders, key=lambda folder: (folder != shown(folder), folder)):
+        student = shown(folder) or "_"
+        counts[student] += 1
+        number = counts[student]
+        students[folder] = f"{student} ({number})" if number > 1 else student
+    return students
+
+
+def _composed_folder(name: str) -> str:
+    """Return the first folder of a name, with composed letters."""
+    return unicodedata.normalize("NFC", name.partition("/")[0])
 
 
 def _folders_below(files: Listing, outer: str) -> dict[str, str]:
@@ -263,14 +288,16 @@ def _time_of_stamp(stamp: str) -> str | None:
     return re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", stamp) or None
 
 
-def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
+def _of_folder(
+    name: str, in_folders: bool, root: Path, students: Mapping[str, str]
+) -> Submission | None:
     """Read the name of a student's folder, or of a student's file."""
-    first, slash, rest = name.partition("/")
+    _, slash, rest = name.partition("/")
     is_below = bool(slash)
     is_other = not is_below and ending(name) in _NO_SUBMISSION
     if is_below != in_folders or is_other:
         return None
-    student = (shown(first) or "_") if is_below else _flat_key(name)
+    student = students[_composed_folder(name)] if is_below else _flat_key(name)
     file = rest if is_below else name
     ids = {"folder": student}
     return Submission(student, student, ids, root, log_file=file, feedback_stem=student)

@@ -92,13 +92,13 @@ def _operations(
     last = (0.0, 0.0)
     for operands, operator in operations:
         step = [(operands, operator)]
-        is_seen = True
+        is_visible = True
         if operator == b"q":
             outer.append(ink.copy())
         elif operator == b"Q" and outer:
             ink = outer.pop()
         elif operator in _SHOWING:
-            is_seen = _is_seen(ink, page)
+            is_visible = _is_visible(ink, page)
             before, last = last, _baseline(ink)
             step = [*_caret(page, ink[_FONT], _is_superscript(last, before)), *step]
         else:
@@ -106,7 +106,7 @@ def _operations(
         if operator != _RISE:
             # pypdf puts raised text into a line of its own.
             whole += step
-            shown += step if is_seen else []
+            shown += step if is_visible else []
     return whole, shown
 
 
@@ -172,7 +172,7 @@ def _set(
     return operands
 
 
-def _is_seen(ink: Mapping[bytes, Any], page: PageObject) -> bool:
+def _is_visible(ink: Mapping[bytes, Any], page: PageObject) -> bool:
     """Return whether a person sees text with such a place, size, colour and opacity."""
     height, y = _baseline(ink)
     x, _ = ink[_MATRIX].transform(ink[b"cm"]).apply_on((0, 0))

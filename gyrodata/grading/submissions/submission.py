@@ -163,7 +163,7 @@ class Submission(Struct, frozen=True, dict=True):
         if not is_better:
             return None
         quoted = readings.listing(remarks, 4)
-        note = Diagnostic.named("read_elsewhere", log.name, said=quoted)
+        note = Diagnostic.named("read_elsewhere", log.name, quoted=quoted)
         return more, replace(again, diagnostics=(*again.diagnostics, note))
 
     def _answers(self, log: readings.Readings, name: str, data: bytes) -> Answers:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Mapping
 from html.parser import HTMLParser
 
 _NO_TEXT = frozenset(
@@ -78,7 +79,15 @@ def has_background(text: str) -> bool:
     return _BACKGROUND.search(text) is not None
 
 
-class _Seen(HTMLParser):
+def _is_program(tag: str, attributes: Mapping[str, str | None]) -> bool:
+    """Return whether an element may change a page, or open another one."""
+    handlers = [name for name in attributes if name.startswith("on")]
+    equivalent = attributes.get("http-equiv") or ""
+    is_next_page = equivalent.lower() == "refresh"
+    return tag == "script" or is_next_page or bool(handlers)
+
+
+class _Visible(HTMLParser):
     """Write a page again without the text that nobody sees."""
 
     def __init__(self, shows_white: bool) -> None:
@@ -86,6 +95,7 @@ class _Seen(HTMLParser):
         self.shows_white = shows_white
         self.written: list[str] = []
         self.styles: list[str] = []  # of what is not hidden
+        self.may_change = False  # whether a program may replace the text
         self.open = [("", False)]
         """The open elements, and whether each is hidden."""
 
@@ -94,9 +104,10 @@ class _Seen(HTMLParser):
         if outer == "p" and tag in _PARAGRAPHS:
             self.open.pop()
         self.written.append(f"<{tag}>")
+        attributes = dict(attrs)
+        self.may_change |= _is_program(tag, attributes)
         if tag in _WITHOUT_END:
             return
-        attributes = dict(attrs)
         style = f";{attributes.get('style')};color:{attributes.get('color')}"
         plain = "".join(style.lower().split())
         _, is_hidden = self.open[-1]
@@ -122,18 +133,20 @@ class _Seen(HTMLParser):
             self.written.append(html.escape(data, quote=False))
 
 
-def page_seen(text: str) -> tuple[str, bool]:
+def of_page(text: str) -> tuple[str, bool]:
     """Return a page, or Markdown with elements of HTML, without its unseen text.
 
     Also return whether other text of it may be unseen.
     """
     if "<" not in text:
         return text, False
-    page = _Seen(has_background(text))
+    page = _Visible(has_background(text))
     # The parser looks for the end of each "<", and stops at an unknown declaration.
     page.feed(re.sub(r"<(?!/?[a-zA-Z][^<>]*>)", "&lt;", text))
     page.close()
-    return "".join(page.written), may_be_unseen(text, "\n".join(page.styles))
+    styles = "\n".join(page.styles)
+    doubt = page.may_change or may_be_unseen(text, styles)
+    return "".join(page.written), doubt
 
 
 _NOT_TYPESET = re.compile(
@@ -148,7 +161,7 @@ _IN_WHITE = re.compile(
 """White text of LaTeX and Word, and letters of Word that nobody can read."""
 
 
-def text_seen(text: str) -> str:
+def of_text(text: str) -> str:
     """Return a text without what LaTeX and Word do not show; lines keep their numbers."""
     patterns = [_NOT_TYPESET]
     if not has_background(text):
@@ -172,7 +185,7 @@ HAS_UNIT = re.compile(
 """A unit of I_zz in a text that is not read."""
 
 
-def markdown_seen(text: str) -> str:
+def of_markdown(text: str) -> str:
     """Return Markdown without definitions of links."""
     return _LINK.sub("", text)
 
@@ -189,6 +202,6 @@ WIDE = re.compile(r"[ \t\u00a0\u2000-\u200a\u3000]{200}")
 """More blanks than a screen is wide: nobody sees what is behind them."""
 
 
-def line_seen(line: str) -> str:
+def of_line(line: str) -> str:
     """Return the part of a line that is not far outside of the screen."""
     return WIDE.split(line, maxsplit=1)[0]

@@ -407,7 +407,7 @@ def parse_unit(text: str, kind: str) -> Unit:
         product = parse(text)
     except UnitError as fault:
         hint = "; convert the numbers if they are in another unit" if SI[kind] else ""
-        if re.search(r"[,;]\s?\w{1,40}[:=]", text):
+        if ":" in text or "=" in text:
             hint = "; write one line for each value"
         raise UnitError(
             str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}{hint}"

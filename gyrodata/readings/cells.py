@@ -26,7 +26,6 @@ from gyrodata.readings.notes import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
-_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9][0-9]?/[1-9][0-9]?")
 """A number, or a fraction such as 1/3."""
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
@@ -221,11 +220,9 @@ class DecimalSigns(Struct, frozen=True):
 
     def may_separate_thousands(self, text: str) -> bool:
         """Return whether the comma or the point in "1,284" may separate thousands."""
-        if not _THOUSANDS.fullmatch(text):
-            return False
-        if "," in text:
+        if numerals.may_have_thousands(text):
             return self.expected != {","}
-        return self.typed == {","}
+        return self.typed == {","} and numerals.may_have_thousands(text, ".")
 
 
 class CellReader:

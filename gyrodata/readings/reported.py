@@ -48,7 +48,7 @@ def read_reported(
     """
     read = Reported(reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
-    bare = re.sub(numerals.IN_FRONT, "", read.text)
+    bare = numerals.without_name(read.text)
     for latex, sign in _LATEX.items():
         bare = bare.replace(latex, sign)
     try:

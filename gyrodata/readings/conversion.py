@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from typing import Any
@@ -55,9 +54,12 @@ def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
         yield "\t".join(map(quoted_text, row)).rstrip("\t")
 
 
+_BLANKS = str.maketrans("\t\r\n", "   ")
+
+
 def quoted_text(value: Any) -> str:
     """Return a cell as text, in quotes if it begins with one."""
-    text = re.sub(r"[\t\r\n]", " ", value_text(value))
+    text = value_text(value).translate(_BLANKS)
     if text[:1] == '"':
         return '"' + text.replace('"', '""') + '"'
     return text

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
@@ -110,7 +108,7 @@ def _digits(number: str) -> int:
     Zeros before the point may only fill up.
     """
     mantissa = number.lower().partition("e")[0].replace(",", ".")
-    digits = re.sub(r"[^\d.]", "", mantissa).lstrip("0.")
+    digits = mantissa.lstrip("+-").lstrip("0.")
     if "." in mantissa:
         return len(digits.replace(".", "")) or 1
     return len(digits.rstrip("0")) or 1

@@ -48,6 +48,7 @@ from gyrodata.readings.names import (
     contains_word,
     fold_name,
     squeeze,
+    words_of,
 )
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
@@ -490,9 +491,10 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     if first < len(headers) and "note" in headers[first].roles:
         return False
     text = row.texts[first]
-    word = re.split(r"[\s_:,;(=]+", text)[0]
-    bare = re.sub(r"[()=:]", "", text)
-    return not SUMMARY_WORDS.isdisjoint((fold_name(word), fold_name(bare)))
+    word, *_ = [*filter(None, words_of(text)), text]
+    return not SUMMARY_WORDS.isdisjoint(
+        (fold_name(word), fold_name(text.strip("()=: ")))
+    )
 
 
 def _is_inertia(text: str) -> bool:

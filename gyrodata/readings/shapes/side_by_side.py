@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
+from gyrodata.quantities.numerals import has_digit
 from gyrodata.readings.grid import HEADERS_LOOKED_AT, Grid, Row, filled_at, has_numbers
 from gyrodata.readings.names import squeeze
 
@@ -83,7 +84,7 @@ def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
             continue
         # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
         label = row.texts[0]
-        if start and label and not re.search(r"[\d=]", label):
+        if start and label and not has_digit(label) and "=" not in label:
             at = filled_at(cut)[0]
             cut.texts[at] = f"{label} {cut.texts[at]}"
         yield cut

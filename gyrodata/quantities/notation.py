@@ -248,12 +248,17 @@ def _take_cell_apart(text: str, kind: str) -> Written:
     _insist_on_size(written.number, written.value)
     if written.spread:
         _insist_on_size(written.spread, to_float(written.spread))
-    parts = list(map(str.strip, written.number.split("/")))
-    are_two = all(len(part) > 1 and part.isdecimal() for part in parts)
-    if kind != "number" and len(parts) == 2 and are_two:
+    if kind != "number" and _are_two_readings(written.number):
         otherwise = fault("is not one number", how_to_write(kind))
         raise misreadings.explain(text, kind, otherwise)
     return written
+
+
+def _are_two_readings(number: str) -> bool:
+    """Return whether a fraction has two digits above and below: "206/198"."""
+    parts = list(map(str.strip, number.split("/")))
+    lengths = [len(part) for part in parts if part.isdecimal()]
+    return len(lengths) == 2 and min(lengths) > 1
 
 
 def _is_in_groups(parts: list[str]) -> bool:

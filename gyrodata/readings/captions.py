@@ -279,13 +279,7 @@ def _is_of_turns_of_rod(word: str) -> bool:
 def _turns_of_sentence(sentence: str) -> str:
     """Return the turns that a sentence states for runs; "" if there are none."""
     sentence = numerals.fold_number(sentence)
-    fractions = set()
-    for above, below in pairwise(map(str.strip, sentence.split("/"))):
-        if below[:1].isdigit():
-            fractions.add(above[-1:] + below[0])
-    # Two fractions, or a formula such as "t/3" and "T = 2 t"
-    is_formula = "=" in sentence or any(sign[0].isalpha() for sign in fractions)
-    if is_formula or len(fractions) > 1:
+    if _is_calculation(sentence):
         return ""
     # Words behind a comma may change the turns: "one turn, added together".
     for clause in (sentence, *re.split(r"[;.()；。]\s+", sentence)):
@@ -294,3 +288,12 @@ def _turns_of_sentence(sentence: str) -> str:
             if all(map(_is_of_turns_of_rod, words)):
                 return turns
     return ""
+
+
+def _is_calculation(sentence: str) -> bool:
+    """Return whether a sentence has two fractions, or a sign of a formula: "t/3"."""
+    parts = map(str.strip, sentence.split("/"))
+    ends = [(above[-1:], below[:1]) for above, below in pairwise(parts)]
+    fractions = {end for end in ends if end[1].isdigit()}
+    has_letter = any(above.isalpha() for above, _ in fractions)
+    return "=" in sentence or has_letter or len(fractions) > 1

@@ -477,14 +477,16 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     key = "_".join(name.replace("_", " ").split()).lower()
     if reported_key(name) == "inertia":
         return _answer(_with_u(value))
+    return (key, _with_u(value)) if _is_value_of(key, value) else None
+
+
+def _is_value_of(key: str, value: str) -> bool:
+    """Return whether a text is a value, or a word, that a key can have."""
     form = vocabulary.LINES.get(key, {})
     if form and "sample" not in form:
-        words = form.get("words", YES_OR_NO)
-        return (key, value) if value.lower() in words else None
-    if not form and key not in _CONSTANTS:
-        return None
-    is_value = value.lstrip("-+(.")[:1].isdecimal()
-    return (key, _with_u(value)) if is_value else None
+        return value.lower() in form.get("words", YES_OR_NO)
+    first = value.lstrip("-+(.")[:1]
+    return (form != {} or key in _CONSTANTS) and first.isdecimal()
 
 
 def _with_u(value: str) -> str:

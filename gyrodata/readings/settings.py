@@ -103,14 +103,18 @@ def read_options(
             faults.add("option_unknown", what=item.label, hint=hint)
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
     for role in mapping:
-        number = role.removeprefix("time_")
-        is_repeat = number != role and number.isdecimal() and 0 < int(number) < 100
-        if role not in mapped and not is_repeat:
+        if role not in mapped and not _is_repeat(role):
             hint = _did_you_mean(role, mapped)
             faults.add("mapped_role_unknown", what=f"--map {role}=…", hint=hint)
     if faults.has_error():
         raise InputError(faults.diagnostics)
     return options
+
+
+def _is_repeat(role: str) -> bool:
+    """Return whether a role is that of a repeat: time_1 to time_99."""
+    number = role.removeprefix("time_")
+    return number != role and number.isdecimal() and 0 < int(number) < 100
 
 
 def _read_config(path: str | os.PathLike[str]) -> list[Setting]:

@@ -10,8 +10,6 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Literal, NamedTuple
 
-from msgspec.structs import replace
-
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import (
@@ -46,7 +44,6 @@ _SPREAD = (
     r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*"
     r"([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 )
-_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
 
 
 def unusual_header(text: str) -> Header:
@@ -55,9 +52,6 @@ def unusual_header(text: str) -> Header:
     name, unit = split_unit(typed)
     unit = _meant_unit(unit, spread)
     roles, number = _roles_in(name, unit)
-    words = re.sub(_CAMEL_CASE, "_", text)
-    if not roles and words != text:
-        return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles = ()  # worked out, not measured
         number = None
@@ -320,18 +314,26 @@ _BEHIND_NUMBERS = frozenset(
 
 def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
     """Read "Trial 2" and "2nd measurement" above times: the time, and the number."""
-    numbers = []
-    for word in filter(None, TOKENS.split(name)):
-        digits = "".join(filter(str.isdecimal, word))
-        before, _, behind = word.partition(digits) if digits else (word, "", "")
-        if digits:
-            numbers.append(int(digits))
-        is_number = (
-            before.lower() in _BEFORE_NUMBERS and behind.lower() in _BEHIND_NUMBERS
-        )
-        is_trial = fold_name(before) in TRIAL_WORDS or "time" in name_roles(before)[0]
-        if not (is_number and digits) and (behind or not is_trial):
-            return (), None
-    if len(numbers) == 1 and 0 < numbers[0] < 100:
-        return (("time",), numbers[0])
-    return ((), None)
+    words = [word for word in TOKENS.split(name) if word]
+    numbers = {word: _ordinal(word) for word in words}
+    others = [word for word in words if numbers[word] is None]
+    if len(words) - len(others) == 1 and all(map(_names_trial, others)):
+        [number] = filter(None, numbers.values())
+        return ("time",), number
+    return (), None
+
+
+def _ordinal(word: str) -> int | None:
+    """Return the number in "2", "#2", "2nd" and "Trial2"."""
+    digits = "".join(filter(str.isdecimal, word))
+    before, _, behind = word.partition(digits or " ")
+    name = before.lower()
+    is_ordinal = name in _BEFORE_NUMBERS and behind.lower() in _BEHIND_NUMBERS
+    is_number = is_ordinal or (behind == "" and _names_trial(before))
+    is_small = digits[:1] > "0" and len(digits) <= 2
+    return int(digits) if is_number and is_small else None
+
+
+def _names_trial(word: str) -> bool:
+    """Return whether a word means a time, or a repeat of one."""
+    return fold_name(word) in TRIAL_WORDS or "time" in name_roles(word)[0]

@@ -254,9 +254,6 @@ FORMS = {
         ],
         head=[*HEAD[:3], "Time for 1 turn (m:ss.s)"],
     ),
-    "capital letters": table(
-        head=["massGrams", "distCm", "spinRPM", "timeSec", "nRevs"]
-    ),
     "ten turns of the disk in the header": table(
         rows=[
             [

@@ -30,7 +30,8 @@ def constants_in(line: str) -> list[tuple[str, str]]:
     # "ball: m = 4.3 kg, d = 101.6 mm" is about nothing else.
     title, _, _ = line.replace("(", ":").partition(":")
     is_of_ball = SPHERE.is_in(title) and len(words_of(title.strip(" #"))) == 1
-    parts = re.split(_END_OF_PART, line.strip())
+    content = line.strip()
+    parts = re.split(_END_OF_PART, content)
     for part in parts:
         name = part.rstrip(")").partition(next(filter(str.isdecimal, part), "\0"))[0]
         text = part.removeprefix(name).removesuffix(")")

@@ -135,10 +135,11 @@ def _named_turns(parts: Iterable[str]) -> str:
         ends = [at for at, sign in enumerate(text) if sign in ":=：0123456789"]
         end = min(ends, default=len(text))
         value = text[end:].lstrip(":=：").strip()
-        names = parse_header(text[:end].strip("# ")).roles
+        name = text[:end].strip("# ")
+        names = parse_header(name).roles
         if value and names == ("turns",):
             named = turns_in(f"{value} turns") or named
-        elif value and names == ("angle",) and PRECESSION.is_in(text[:end]):
+        elif value and names == ("angle",) and PRECESSION.is_in(name):
             named = turns_in(value) or named
     return named
 
@@ -238,7 +239,8 @@ def _is_of_run(role: str, before: str, behind: str) -> bool:
         behind = ""  # "50 g (measured on the balance)"
     if turns_in(behind):
         behind = ""
-    words = f"{re.sub(_NUMBERED, ' ', before)} {behind}"
+    before = re.sub(_NUMBERED, " ", before)
+    words = f"{before} {behind}"
     return "+" not in words and all(map(_is_known, filter(None, words_of(words))))
 
 
@@ -284,7 +286,8 @@ def _turns_of_sentence(sentence: str) -> str:
     # Words behind a comma may change the turns: "one turn, added together".
     for clause in (sentence, *re.split(r"[;.()；。]\s+", sentence)):
         if turns := turns_in(clause):
-            words = LETTERS.findall(QUANTITY.sub(" ", clause))
+            bare = QUANTITY.sub(" ", clause)
+            words = LETTERS.findall(bare)
             if all(map(_is_of_turns_of_rod, words)):
                 return turns
     return ""
@@ -292,7 +295,8 @@ def _turns_of_sentence(sentence: str) -> str:
 
 def _is_calculation(sentence: str) -> bool:
     """Return whether a sentence has two fractions, or a sign of a formula: "t/3"."""
-    parts = map(str.strip, sentence.split("/"))
+    pieces = sentence.split("/")
+    parts = map(str.strip, pieces)
     ends = [(above[-1:], below[:1]) for above, below in pairwise(parts)]
     fractions = {end for end in ends if end[1].isdigit()}
     has_letter = any(above.isalpha() for above, _ in fractions)

@@ -189,7 +189,8 @@ def _ask_for_colons(
     if not clocks or ":" in column.header.text:
         return
     first = clocks[0]
-    cell = table.cell_of(column, texts.index(first))
+    row = texts.index(first)
+    cell = table.cell_of(column, row)
     name = column.header.text.partition("[")[0].strip()
     meant = ".".join(first.rsplit(":", 1))
     faults.add("colon", cell, role=column.role, name=name, first=first, meant=meant)

@@ -120,7 +120,8 @@ def _unit_for(role: str, header: Header) -> str | None:
         kinds = kinds_of(unit)
         if unit == "%" or not kinds or kind in kinds:
             return unit
-    parts = TOKENS.split(header.text.replace("/", " "))
+    words = header.text.replace("/", " ")
+    parts = TOKENS.split(words)
     ends = [end for end in parts[1:] if kind in kinds_of(end)]
     if ends:
         return ends[-1]

@@ -119,7 +119,8 @@ def compare_with_line(column: Column, setting: Setting, faults: Faults) -> None:
     different = [run for run, reading in readings if differ(stated, reading)]
     if not different:
         return
-    name = fold_name(parse_header(column.header).name)
+    header = parse_header(column.header)
+    name = fold_name(header.name)
     is_named = name == squeeze(column.role)
     if setting.place is None or is_named or not roles.BY_NAME[column.role].part:
         faults.add("line_not_used", setting.place, given=setting, header=column.header)
@@ -312,7 +313,8 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
             continue
         meant, doubt = rounded_turns(text)
         if meant and doubt > _SMALL_DOUBT * to_float(text):
-            place = turns.place(texts.index(text))
+            run = texts.index(text)
+            place = turns.place(run)
             faults.add("rounded", place, text=text, doubt=doubt, meant=meant)
 
 

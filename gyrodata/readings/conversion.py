@@ -99,7 +99,8 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
     """
     faults_of_file = Faults(shown)
     sheets = _sheets_of(data, faults_of_file)
-    faults = Faults(shown, *_text_of_sheets(sheets, faults_of_file))
+    text = _text_of_sheets(sheets, faults_of_file)
+    faults = Faults(shown, *text)
     hidden = "; ".join(chain.from_iterable(map(workbook.hidden_parts, sheets)))
     if hidden:
         faults.add("hidden_cells", where=hidden)

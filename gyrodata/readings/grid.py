@@ -220,14 +220,17 @@ def make_grid(
     sha256: str = "",
 ) -> Grid:
     """Split a log into cells; `delimiter` is given if gyro wrote the text itself."""
-    lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
+    typed = "\n".join(faults.lines)
+    usual = _in_usual_signs(typed)
+    lines = usual.split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
     count = len(body) - 1  # without the header
     if count > MAX_ROWS:
         raise faults.refuse("too_many_rows", count=count)
     if body and not grid.delimiter:
-        grid = replace(grid, delimiter=_find_delimiter(lines, body))
+        sign = _find_delimiter(lines, body)
+        grid = replace(grid, delimiter=sign)
     for row in _split_lines(grid, body, faults):
         if len(row.filled()) > _MOST_CELLS_OF_KEY or not _take_key(row, grid, faults):
             grid.rows.append(row)
@@ -336,7 +339,8 @@ def _shares_of_delimiters(
 
 def _commas_between_cells(line: str) -> int:
     """Count the commas that are not between two digits."""
-    pairs = itertools.pairwise(line.split(","))
+    cells = line.split(",")
+    pairs = itertools.pairwise(cells)
     return sum(not (a[-1:].isdecimal() and b[:1].isdecimal()) for a, b in pairs)
 
 

@@ -152,7 +152,8 @@ def is_one_letter(unit: str) -> bool:
 
     A sign of Chinese or Japanese is a word.
     """
-    letters = units.fold_letters(unit).strip(". ")
+    folded = units.fold_letters(unit)
+    letters = folded.strip(". ")
     return len(letters) == 1 and letters.isalpha() and letters < FIRST_SIGN
 
 

@@ -279,7 +279,8 @@ def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
     if roles:
         return roles, None
     stem, number = numbered(name.strip())
-    if number and "time" in _roles_of(stem):
+    roles = _roles_of(stem)
+    if number and "time" in roles:
         return ("time",), number
     return (), None
 
@@ -338,7 +339,8 @@ def _named_twice(words: list[str]) -> tuple[str, ...]:
         (words[:-2], words[-2:]),
         (words[1:], words[:1]),
     ):
-        meant = SYMBOLS.get(squeeze("".join(symbol)), ())
+        letters = "".join(symbol)
+        meant = SYMBOLS.get(squeeze(letters), ())
         if not meant or not name:
             continue
         # A word of Chinese or Japanese may have two signs.

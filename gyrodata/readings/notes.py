@@ -74,7 +74,8 @@ def _names_part_of_period(note: str) -> bool:
     """Return whether a note names a number of periods other than one: "pół okresu"."""
     squeezed = " ".join(map(squeeze, TOKENS.split(separate_signs(note))))
     # "halvperioder" is "halv perioder".
-    words = _A_PERIOD.sub(r" \g<0>", squeezed).split()
+    spaced = _A_PERIOD.sub(r" \g<0>", squeezed)
+    words = spaced.split()
     for at, word in enumerate(words):
         if not word.startswith(_STEMS):
             continue
@@ -111,7 +112,8 @@ def altered_readings(note: str) -> list[str]:
 def _named_readings(note: str) -> list[str]:
     """List the readings that a note names; else the one whose amount it states."""
     words = _NAME.findall(note)
-    named = itertools.chain.from_iterable(map(_roles_of_word, words))
+    meanings = map(_roles_of_word, words)
+    named = itertools.chain.from_iterable(meanings)
     of_runs = [role for role in named if role != "torque" and BY_NAME[role].part]
     units = [unit for unit in _AMOUNT.findall(note) if unit != "%"]
     if units and not of_runs:
@@ -184,7 +186,9 @@ def _explains_position(note: str) -> bool:
 
 def _names_position(note: str) -> bool:
     """Return whether a note names the position or the weight, perhaps in the plural."""
-    words = itertools.chain.from_iterable(map(_forms, LETTERS.findall(note)))
+    letters = LETTERS.findall(note)
+    forms = map(_forms, letters)
+    words = itertools.chain.from_iterable(forms)
     return any({"position", "mass"}.intersection(name_roles(word)[0]) for word in words)
 
 
@@ -192,7 +196,8 @@ def _calls_position_diameter(note: str, grid: Grid) -> bool:
     """Return whether a note says such as "r is really the diameter" of a column r."""
     names = [f" {name} " for name in _names_of_position(grid)]
     for clause in filter(DIAMETER.is_in, note.replace(";", ",").split(",")):
-        words = " ".join(LETTERS.findall(clause))
+        letters = LETTERS.findall(clause)
+        words = " ".join(letters)
         is_other = SPHERE.is_in(clause) or ROD.is_in(clause)
         if not is_other and any(name in f" {words} " for name in names):
             return True

@@ -108,7 +108,8 @@ def _digits(number: str) -> int:
     Zeros before the point may only fill up.
     """
     mantissa = number.lower().partition("e")[0].replace(",", ".")
-    digits = mantissa.lstrip("+-").lstrip("0.")
+    bare = mantissa.lstrip("+-")
+    digits = bare.lstrip("0.")
     if "." in mantissa:
         return len(digits.replace(".", "")) or 1
     return len(digits.rstrip("0")) or 1

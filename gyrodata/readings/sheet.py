@@ -481,7 +481,8 @@ def _is_taken_out(row: Row) -> bool:
     if row.texts[0] == "#":
         return True
     texts = [text for text in row.texts if not is_number(text)]
-    has_number = len(texts) < len(row.texts)
+    count = len(row.texts)
+    has_number = len(texts) < count
     return has_number and any(map(NOT_USED.is_in, texts))
 
 

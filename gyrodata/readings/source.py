@@ -66,7 +66,8 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 
 
 def _is_frame(source: Any) -> bool:
-    package = type(source).__module__.partition(".")[0]
+    module = type(source).__module__
+    package = module.partition(".")[0]
     return package == "pandas" and hasattr(source, "columns")
 
 

@@ -120,7 +120,8 @@ def read_log(
     if layout.is_plain(grid):
         table = layout.plain_layout(grid)
     else:
-        table = sheet.find_layout(side_by_side.to_rows(grid), faults)
+        below = side_by_side.to_rows(grid)
+        table = sheet.find_layout(below, faults)
     if table is not None:
         log = _with_runs(log, table, values, mapping, faults)
     return replace(log, diagnostics=faults.all_findings())
@@ -237,7 +238,8 @@ class TableReader:
         self._read_columns(is_run)
         if self.without_unit:
             self._ask_for_units()
-        runs = _runs_of(times, len(self.rows))
+        count = len(self.rows)
+        runs = _runs_of(times, count)
         rows = [run.row for run in runs]
         if not times:
             rows = list(itertools.compress(range(len(self.rows)), is_run))

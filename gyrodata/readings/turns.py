@@ -179,9 +179,11 @@ def _part_in_degrees(plain: str) -> str:
     match = re.search(_ANGLE, plain)
     if match is None or kinds_of(match[2]) != {"angle"}:
         return ""
-    if units.parse(match[2]).text != "deg":
+    unit = units.parse(match[2])
+    if unit.text != "deg":
         return ""
-    part = Fraction(int(match[1]), 360)
+    degrees = int(match[1])
+    part = Fraction(degrees, 360)
     if part.denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
     return ""

@@ -175,7 +175,8 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
     """Return whether the name of a column says nothing that its unit does not say."""
     if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
         return False
-    words = squeezed_words(column.header.name)
+    name = column.header.name
+    words = squeezed_words(name)
     if role == "spin":
         words = {word for word in words if not SPINNING.is_in(word)}
     return words.isdisjoint(_OTHER_THINGS)

@@ -145,7 +145,8 @@ def _splits(text: str) -> Iterator[_Split]:
     pairs = [(text[: blank.start()], text[blank.end() :]) for blank in blanks]
     for first, last in pairs:
         yield _Split(first, last, "")
-    words = text.replace("_per_", "_").split("_")
+    bare = text.replace("_per_", "_")
+    words = bare.split("_")
     if len(words) > 2 and text.isascii():
         name = "_".join(words[:-2])
         yield _Split(name, "/".join(words[-2:]), "")  # "spin_rev_per_s"

@@ -6,7 +6,7 @@ import re
 
 from gyrodata.base import diagnostics
 from gyrodata.quantities import vocabulary
-from gyrodata.quantities.numerals import IN_FRONT, NUMBER, fold_number, take_apart
+from gyrodata.quantities.numerals import fold_number, take_apart, without_name
 from gyrodata.quantities.units import UnitError
 
 _MISTYPED = str.maketrans(
@@ -27,14 +27,6 @@ _MISTYPED = str.maketrans(
 _MONTHS: dict[str, int] = {}
 for _number, _words in vocabulary.MONTHS.items():
     _MONTHS |= dict.fromkeys(_words.split(), int(_number))
-_DATES = (
-    r"(?P<day>[0-9]{1,4})[.\s-]*(?P<month>[^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?",
-    r"(?P<month>[^\W\d_]{3,9})\.?[\s-]*(?P<day>[0-9]{1,4})",
-    r"[0-9]{4}[./-](?P<month>[0-9]{1,2})[./-](?P<day>[0-9]{1,2})(?:[ T]00:00:00)?",
-    r"(?P<day>[0-9]{1,2})([./-])(?P<month>[0-9]{1,2})\2(?:19|20)[0-9]{2}",
-)
-_DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
-_TWO_NUMBERS = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
 
 
 def explain(text: str, kind: str, otherwise: UnitError) -> UnitError:
@@ -43,13 +35,12 @@ def explain(text: str, kind: str, otherwise: UnitError) -> UnitError:
     The result is `otherwise` if the text looks like nothing that is known.
     """
     plain = fold_number(text)
-    if kind == "rate" and re.fullmatch(_TWO_NUMBERS, plain):
-        return two_numbers()
     for case in vocabulary.NO_NUMBER:
         if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
             return fault(case["message"], match.expand(case["hint"]))
     pair = date_pair(text)
-    if pair or re.fullmatch(_DATE_DIGITS, text):
+    day, _, _ = text[:10].partition(" ")
+    if pair or any(_digits_of_date(day)):
         return _date(pair, kind)
     mended = _mend(plain)
     bare = take_apart(mended) if mended != plain else None
@@ -65,15 +56,6 @@ def fault(
     return UnitError(message, hint, code)
 
 
-def two_numbers() -> UnitError:
-    """Return the error of a text that looks like two readings."""
-    return fault(
-        "is not one number, but looks like two readings",
-        "write their mean; or write them in two columns, such as spin_start [rpm] and "
-        "spin_end [rpm], or in two rows",
-    )
-
-
 def is_mistyped_number(unit: str) -> bool:
     """Return whether a unit consists of digits and of letters typed for digits."""
     return unit.translate(_MISTYPED).isdigit()
@@ -81,8 +63,10 @@ def is_mistyped_number(unit: str) -> bool:
 
 def _mend(plain: str) -> str:
     """Return a text with the digits and the decimal sign that were probably meant."""
-    digits = re.sub(IN_FRONT, "", plain).translate(_MISTYPED)
-    return re.sub(r"([.,])[.,]+", r"\1", digits).rstrip(".,;")
+    digits = without_name(plain).translate(_MISTYPED)
+    for sign in ".,":
+        digits = digits.replace(sign * 2, sign)
+    return digits.rstrip(".,;")
 
 
 def _date(pair: tuple[int, int] | None, kind: str) -> UnitError:
@@ -102,19 +86,32 @@ def _date(pair: tuple[int, int] | None, kind: str) -> UnitError:
 
 def date_pair(text: str) -> tuple[int, int] | None:
     """Return day and month of a date, in either order; None if a text is not a date."""
-    for date in _DATES:
-        match = re.fullmatch(date, text)
-        if match is None:
-            continue
-        month = _month(match["month"].lower())
-        return None if month is None else (int(match["day"]), month)
-    return None
+    parts = text.translate(_BETWEEN).split()
+    names = list(filter(str.isalpha, parts))
+    numbers = list(filter(str.isdecimal, parts))
+    if len(names) == 1 and 1 <= len(numbers) == len(parts) - 1 <= 2:
+        number = _month(names[0].lower())
+        return (int(numbers[0]), number) if number else None
+    first, month, last = _digits_of_date(text.removesuffix("00:00:00").rstrip(" T"))
+    if len(first) == 4:
+        return int(last), int(month)
+    return (int(first), int(month)) if len(last) == 4 else None
+
+
+_BETWEEN = str.maketrans(".-", "  ")
+
+
+def _digits_of_date(day: str) -> list[str]:
+    """Return the three numbers of 2024-01-15 or 3.1.2024; blank texts if there are none."""
+    for sign in "./-":
+        digits = day.split(sign)
+        if list(map(str.isdecimal, digits)) == [True] * 3 and len(digits[1]) <= 2:
+            return digits
+    return [""] * 3
 
 
 def _month(word: str) -> int | None:
     """Return the number of a month; its name may be shortened."""
-    if word.isdigit():
-        return int(word)
     for name in (word, word[:4], word[:3]):
         if name in _MONTHS:
             return _MONTHS[name]

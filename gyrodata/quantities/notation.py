@@ -20,10 +20,10 @@ from gyrodata.quantities.numerals import (
     NUMBER,
     PLAIN,
     PLUS,
-    THOUSANDS,
     Written,
     fold_number,
     last_place,
+    may_have_thousands,
     take_apart,
     to_float,
     without_coverage,
@@ -38,18 +38,10 @@ _ORDINARY = re.compile(
     r"(?:(?!(?i:pi)|π)[^\W\d]+(?:/[^\W\d]+(?:\^?2)?)?)?"
 )
 """A number or fraction, perhaps with ±, and a unit such as ``m/s^2``."""
-_SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
-_SPOKEN_CLOCK = (
-    r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s"
-    r"|sec|c|сек)?\.?"
-)
-_PARTS_OF_PI = (
-    r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*+(?:[*·×]\s*)?(?:pi|π)\s*+"
-    r"(?:/\s*([1-9][0-9]?)\s*)?(?:rad)?"
-)
-"""Angles such as "2pi/3"."""
+_SECONDS = ("", "s", "sec", "c", '"', "''")
+"""Words behind the seconds of "1 min 42.74 s"."""
 _COUNTERCLOCKWISE = ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1")
 _CLOCKWISE = ("cw", "clockwise", "-1")
 
@@ -157,10 +149,10 @@ def _read_several(text: str, kind: str, unit: str | None, ask: bool) -> Quantity
 
 def _read_sum(text: str, unit: str | None, ask: bool) -> Quantity | None:
     """Read the sum of several weights: "20 + 30 g"."""
-    parts = [part.strip() for part in re.split(PLUS, text)]
+    parts = [part.strip() for part in PLUS.split(text)]
     if len(parts) < 2 or "/" in text:
         return None
-    if not all(re.match(r"\d", part) for part in parts):
+    if not all(part[:1].isdecimal() for part in parts):
         return None
     last = read_cell(parts[-1], "mass", unit, ask)
     others = [read_cell(part, "mass", last.unit, ask) for part in parts[:-1]]
@@ -169,12 +161,15 @@ def _read_sum(text: str, unit: str | None, ask: bool) -> Quantity | None:
 
 
 def _read_part_of_pi(plain: str) -> Quantity | None:
-    match = re.fullmatch(_PARTS_OF_PI, plain)
-    if match is None:
+    """Read an angle such as "2π/3" or "1.5 pi rad"."""
+    text = plain.lower().replace("pi", "π").removesuffix("rad")
+    count, sign, rest = text.partition("π")
+    number = count.strip(" *·×") or "1"
+    before, slash, divisor = (rest.strip() or "/1").partition("/")
+    is_angle = sign and slash and not before and PLAIN.fullmatch(number)
+    if not is_angle or not divisor.strip(" 0").isdecimal():
         return None
-    count = to_float(match[1] or "1")
-    parts = int(match[2] or 1)
-    return Quantity(math.pi * count / parts, None, None, "rad")
+    return Quantity(math.pi * to_float(number) / int(divisor), None, None, "rad")
 
 
 def _read_percent(number: str, unit: str | None, ask: bool) -> Quantity | None:
@@ -204,16 +199,21 @@ def _read_clock(match: re.Match[str], kind: str, unit: str | None) -> Quantity:
 
 def _match_clock(plain: str, kind: str) -> re.Match[str] | None:
     """Match hours, minutes and seconds; only a time can be spoken ("1 min 42 s")."""
-    if kind == "time":
-        spoken = re.fullmatch(_SPOKEN_CLOCK, _with_decimal_point(plain).lower())
-        if spoken is not None:
-            return spoken
-    return re.fullmatch(_CLOCK, plain)
+    return re.fullmatch(_CLOCK, _with_colon(plain) if kind == "time" else plain)
 
 
-def _with_decimal_point(plain: str) -> str:
-    """Return 1'42.74 s for 1'42"74, and 21.48 s for 21"48."""
-    return re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)
+def _with_colon(plain: str) -> str:
+    """Return 1:42.74 for "1 min 42.74 s" and 1'42"74, and other texts as they are."""
+    for word in ("min", "m", "'"):
+        minutes, _, rest = plain.lower().partition(word)
+        seconds = rest.lstrip(". ")
+        number = seconds.rstrip(" .\"'sec")
+        unit = seconds.removeprefix(number).strip(" .")
+        if minutes.strip().isdecimal() and number and unit in _SECONDS:
+            zero = "" if number[1:2].isdecimal() else "0"
+            decimal = number.replace('"', ".")
+            return f"{minutes.strip()}:{zero}{decimal}"
+    return plain
 
 
 def _late_clock(hours: str, minutes: str, seconds: str) -> UnitError:
@@ -240,28 +240,39 @@ def _two_clocks(hours: str, minutes: str, seconds: str) -> UnitError:
 
 def _take_cell_apart(text: str, kind: str) -> Written:
     """Split the text of a cell; its numbers can be stored."""
-    if kind == "time" and '"' in text:
-        text = _with_decimal_point(fold_number(text))
-    joined = text
-    if kind != "number" and re.fullmatch(_SPACED, text):
-        # "1 198" below a header with a unit
-        joined = "".join(text.split())
-    written = take_apart(joined)
+    is_grouped = kind != "number" and _is_in_groups(text.split())
+    written = take_apart("".join(text.split()) if is_grouped else text)
     if written is None or misreadings.is_mistyped_number(written.unit or ""):
         otherwise = fault("is not a number", how_to_write(kind))
         raise misreadings.explain(text, kind, otherwise)
     _insist_on_size(written.number, written.value)
     if written.spread:
         _insist_on_size(written.spread, to_float(written.spread))
-    if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
-        raise misreadings.two_numbers()
+    if kind != "number" and _are_two_readings(written.number):
+        otherwise = fault("is not one number", how_to_write(kind))
+        raise misreadings.explain(text, kind, otherwise)
     return written
+
+
+def _are_two_readings(number: str) -> bool:
+    """Return whether a fraction has two digits above and below: "206/198"."""
+    parts = list(map(str.strip, number.split("/")))
+    lengths = [len(part) for part in parts if part.isdecimal()]
+    return len(lengths) == 2 and min(lengths) > 1
+
+
+def _is_in_groups(parts: list[str]) -> bool:
+    """Return whether a number is written as "1 198", below a header with a unit."""
+    if len(parts) < 2 or not "".join(parts).isdecimal():
+        return False
+    first, *others = parts
+    return first[0] != "0" and len(first) <= 3 and set(map(len, others)) == {3}
 
 
 def _insist_on_size(number: str, value: float) -> None:
     """Raise an error if a number divides by zero, or is too large or too small."""
-    mantissa = re.split("[eE/]", number)[0]
-    underflows = value == 0 and re.search("[1-9]", mantissa)
+    mantissa, _, _ = number.lower().replace("/", "e").partition("e")
+    underflows = value == 0 and mantissa.strip("+-0., ") != ""
     if not math.isinf(value) and not underflows:
         return
     words = "is too large or too small for a number"
@@ -316,7 +327,7 @@ def _insist_on_decimal_comma(written: Written, quantity: Quantity, kind: str) ->
     if not low <= abs(1000 * quantity.value) <= high:
         return
     for number in (written.number, written.spread or ""):
-        if "," in number and not re.fullmatch(THOUSANDS, number):
+        if "," in number and not may_have_thousands(number):
             return
     thousands = written.number.replace(",", "")
     decimals = written.number.replace(",", ".")
@@ -359,7 +370,7 @@ def parse_uncertainty(
     shown = f'"{text.strip()[:40]}"'
     absolute = relative = 0.0
     whole, coverage = without_coverage(f"± {text.strip().lstrip('±+ ')}")
-    for term in re.split(r"(?<![eE^])\+", whole[1:].strip()):
+    for term in PLUS.split(whole[1:].strip()):
         u = _parse_term(term, kind, unit, ask)
         if u is None:
             raise UnitError(f"{shown} is not an uncertainty", _share_of_value(kind))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
 from fractions import Fraction
 from functools import lru_cache
 
@@ -23,12 +22,10 @@ MOST_DIGITS = 7
 
 _SIZE = r"(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
 NUMBER = rf"[-+]?{_SIZE}"
-PLUS = r"(?<![0-9][eE])(?<![0-9.,]\s[eE])\+"
+PLUS = re.compile(r"(?<![0-9][eE])(?<![0-9.,]\s[eE])(?<!\^)\+")
 """A plus that does not belong to a power of ten."""
 PLAIN = re.compile(NUMBER)
 """A number and nothing else."""
-THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
-"""A number whose comma may separate thousands: 46,300."""
 
 # Most cells are plain numbers; the other patterns are compiled when the first other
 # text comes (`re` keeps them).
@@ -46,7 +43,7 @@ _QUANTITY = (
 writing into these."""
 
 _ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
-IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
+_IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
 """A name and "about" in front of a number."""
 _STATED_U = (
     r"(?i)(?<=\S)\s*(?:[,;(]|\bwith\b)\s*(?:(?:with|an?|and|the|its|standard)\s+)*"
@@ -104,6 +101,9 @@ _LEVELS = {
 """Coverage factors of the levels that are stated in %, for normal errors."""
 
 _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
+_POWERS = frozenset("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_FRACTIONS = frozenset("¼½¾⅐⅑⅒⅓⅔⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞")
+_SIGNS_OF_SPREAD = ("+/-", "+ / -", "+ /-", "+/ -", "+-", r"\pm")
 
 
 class Written(Struct, frozen=True):
@@ -132,13 +132,34 @@ def fold_number(text: str) -> str:
     """
     if text.isascii():
         return text.strip()
-    text = re.sub(
-        r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)",
-        lambda match: "^" + unicodedata.normalize("NFKC", match[1]),
-        text,
-    )
-    text = re.sub("[¼-¾⅐-⅞]", r" \g<0>", text)
-    return units.fold_letters(text).translate(_MINUS).strip()
+    spaced = ""
+    for letter in text:
+        if letter in _POWERS and spaced[-1:].isdecimal():
+            spaced += "^"
+        elif letter in _FRACTIONS:
+            spaced += " "
+        spaced += letter
+    return units.fold_letters(spaced).translate(_MINUS).strip()
+
+
+def has_digit(text: str) -> bool:
+    """Return whether a text contains one of the digits 0 to 9."""
+    return not _DIGITS.isdisjoint(text)
+
+
+_DIGITS = frozenset("0123456789")
+
+
+def may_have_thousands(number: str, sign: str = ",") -> bool:
+    """Return whether a comma, or another sign, may separate thousands: 46,300."""
+    whole, _, rest = number.lstrip("+-").partition(sign)
+    are_digits = f"{whole}{rest}".isdigit()
+    return are_digits and whole[:1] > "0" and len(whole) <= 3 == len(rest)
+
+
+def without_name(text: str) -> str:
+    """Return a text without a name and "about" in front of its number."""
+    return re.sub(_IN_FRONT, "", text)
 
 
 def to_float(number: str) -> float:
@@ -189,11 +210,11 @@ def take_apart(text: str) -> Written | None:
 
 
 def _with_usual_signs(text: str) -> str:
-    """Write ± for other signs of it.
-
-    Of many blanks in a row two are left: the patterns would try all ways to split them.
-    """
-    return re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", text))
+    """Write ± for other signs of it, and one blank for several."""
+    usual = " ".join(text.split())
+    for sign in _SIGNS_OF_SPREAD:
+        usual = usual.replace(sign, "±")
+    return usual
 
 
 def without_coverage(text: str) -> tuple[str, float]:
@@ -268,7 +289,7 @@ def _spread_of_digits(digits: str, number: str, power: str) -> str:
 
 def _without_separator(number: str, spread: str) -> str:
     """Return 46300 for "46,300 ± 600", whose comma separates thousands."""
-    if re.fullmatch(THOUSANDS, number) and to_float(spread) > to_float(number):
+    if may_have_thousands(number) and to_float(spread) > to_float(number):
         return number.replace(",", "")
     return number
 

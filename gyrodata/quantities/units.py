@@ -400,6 +400,10 @@ def _proposal(kind: str) -> str:
     return "write the number alone"
 
 
+_SIGNS_OF_LINES = frozenset(":=")
+"""Signs of several values in one line: "g: 9.81, 20 g"."""
+
+
 @lru_cache(maxsize=1024)
 def parse_unit(text: str, kind: str) -> Unit:
     """Read a unit of one kind of quantity."""
@@ -407,7 +411,7 @@ def parse_unit(text: str, kind: str) -> Unit:
         product = parse(text)
     except UnitError as fault:
         hint = "; convert the numbers if they are in another unit" if SI[kind] else ""
-        if re.search(r"[,;]\s?\w{1,40}[:=]", text):
+        if not _SIGNS_OF_LINES.isdisjoint(text):
             hint = "; write one line for each value"
         raise UnitError(
             str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}{hint}"

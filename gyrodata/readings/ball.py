@@ -7,11 +7,17 @@ import re
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
-from gyrodata.readings.names import DIAMETER, SPHERE, from_centre, name_roles, origin_in
+from gyrodata.readings.names import (
+    DIAMETER,
+    SPHERE,
+    from_centre,
+    name_roles,
+    origin_in,
+    words_of,
+)
 from gyrodata.readings.turns import AND
 
 _END_OF_PART = rf"[,;]\s+|\s(?:{'|'.join(AND)})\s+"
-_PART = re.compile(r"(\D+)([0-9].*?)\)?")
 
 
 def constants_in(line: str) -> list[tuple[str, str]]:
@@ -22,25 +28,29 @@ def constants_in(line: str) -> list[tuple[str, str]]:
     """
     constants: dict[str, str] = {}
     # "ball: m = 4.3 kg, d = 101.6 mm" is about nothing else.
-    is_of_ball = re.match(rf"\W*{SPHERE.pattern}\w*\s*[:(]", line) is not None
-    parts = re.split(_END_OF_PART, line.strip())
-    for match in filter(None, map(_PART.fullmatch, parts)):
-        key = _constant_named(match[1].strip(" :=(_"), is_of_ball)
-        written = numerals.take_apart(match[2]) if key else None
+    title, _, _ = line.replace("(", ":").partition(":")
+    is_of_ball = SPHERE.is_in(title) and len(words_of(title.strip(" #"))) == 1
+    content = line.strip()
+    parts = re.split(_END_OF_PART, content)
+    for part in parts:
+        name = part.rstrip(")").partition(next(filter(str.isdecimal, part), "\0"))[0]
+        text = part.removeprefix(name).removesuffix(")")
+        key = _constant_named(name.strip(" :=(_"), is_of_ball)
+        written = numerals.take_apart(text) if key else None
         unit = written.unit if written else ""
         if unit and roles.kind_of_role(key) in kinds_of(unit):
-            constants[key] = match[2]
+            constants[key] = text
     return list(constants.items()) if len(constants) == len(parts) else []
 
 
 def _constant_named(name: str, is_of_ball: bool) -> str:
     """Return the key of "rod length", "diameter" or "Masse der Kugel"; else ""."""
-    key = "_".join(re.split(r"[\W_]+", name)).lower()
+    key = "_".join(words_of(name)).lower()
     if key in roles.CONSTANTS:
         return key
     if origin_in(name) or from_centre(name):
         return ""  # a sentence about positions
-    bare = re.sub(SPHERE.pattern, "", name).strip(" :(_")
+    bare = SPHERE.without(name).strip(" :(_")
     is_of_ball |= bare != name
     if is_of_ball and "mass" in name_roles(bare)[0]:
         return "ball_mass"

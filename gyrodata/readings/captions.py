@@ -11,7 +11,7 @@ from bisect import bisect
 from collections.abc import Iterable, Iterator
 from itertools import accumulate, chain, filterfalse, pairwise
 
-from gyrodata.quantities import numerals, vocabulary
+from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.grid import Row, filled_at
 from gyrodata.readings.headers import parse_header
@@ -19,17 +19,20 @@ from gyrodata.readings.lablog import Text
 from gyrodata.readings.names import (
     BESIDE,
     CENTRE_WORDS,
+    LETTERS,
     MAX_HEADER,
     PRECESSION,
     ROD,
     SMALL_WORDS,
     TRIAL_WORDS,
+    Phrases,
     fold_name,
     from_centre,
     is_of_the_spin,
     name_roles,
     origin_in,
     word_set,
+    words_of,
 )
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.turns import is_of_turns, turns_in
@@ -55,11 +58,8 @@ QUANTITY = re.compile(
 ROLE_OF_KIND = {"mass": "mass", "length": "position", "rate": "spin", "time": "time"}
 """Roles of the quantities in sentences, by their kind."""
 
-_NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
-_SIGNS_OF_TIME = "|".join(word for word in _NAMES_OF_TIME if word > "\u2e80")
-TIMED = rf"\b{vocabulary.pattern('timed')}\w*|{_SIGNS_OF_TIME}"
-"""Verbs of a measurement, and words for a time in languages without blanks between
-words."""
+_TIMED = Phrases("timed")
+"""Verbs of a measurement."""
 _SMALL = (SMALL_WORDS | CENTRE_WORDS | TRIAL_WORDS | word_set("caption")).union(
     *BESIDE.values()
 )
@@ -113,10 +113,7 @@ def _without_contradictions(
 
 def _joined(cells: list[str]) -> str:
     """Join the cells of a sentence, without marks of emphasis."""
-    whole = "\0".join(cells).replace("**", "  ").replace("$", " ")
-    # "x = 15,5 cm" above a table with commas between the cells is one number.
-    whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole)
-    return whole.replace("\0", " ")
+    return " ".join(cells).replace("**", "  ").replace("$", " ")
 
 
 def _clauses(sentence: str) -> list[str]:
@@ -134,12 +131,16 @@ def _named_turns(parts: Iterable[str]) -> str:
     """Return the turns of "Number of turns: 1/3" and "turns 1"; "" if there is none."""
     named = ""
     for part in parts:
-        name, *value = re.split("[:=：]|(?=[0-9])", part[:MAX_HEADER], maxsplit=1)
-        names = parse_header(name.strip("# ")).roles
+        text = part[:MAX_HEADER]
+        ends = [at for at, sign in enumerate(text) if sign in ":=：0123456789"]
+        end = min(ends, default=len(text))
+        value = text[end:].lstrip(":=：").strip()
+        name = text[:end].strip("# ")
+        names = parse_header(name).roles
         if value and names == ("turns",):
-            named = turns_in(f"{value[0].strip()} turns") or named
-        elif value and names == ("angle",) and re.search(PRECESSION, name.lower()):
-            named = turns_in(value[0]) or named
+            named = turns_in(f"{value} turns") or named
+        elif value and names == ("angle",) and PRECESSION.is_in(name):
+            named = turns_in(value) or named
     return named
 
 
@@ -193,10 +194,14 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
             continue
         cell_end = next((at for at in ends if at > end), None)
         cell = bare[end:cell_end]
-        behind = re.split(r"[,;.()0-9]", cell.removeprefix(f" {unit}"))[0]
+        behind = cell.removeprefix(f" {unit}").translate(_ENDS).partition(".")[0]
         if not _is_of_run(role, before, behind):
             break  # what follows may be of the ball too
         yield role, f"{number} {unit}", match.start(1 if match[1] else 4)
+
+
+_ENDS = str.maketrans(",;()0123456789", "." * 14)
+"""Signs behind which the words next to a quantity end."""
 
 
 def _without_brackets(sentence: str) -> str:
@@ -215,11 +220,9 @@ def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:
     """Return whether a number may be split at its decimal comma: "Position 15,5 cm"."""
     if start not in ends or not number.isdigit():
         return False
-    is_behind_digit = sentence[start - 2].isdigit()
-    return is_behind_digit and re.search("[0-9],[0-9]", sentence) is None
-
-
-_LETTERS = r"[^\W\d_]+"
+    parts = sentence.split(",")
+    has_commas = any(a[-1:].isdigit() and b[:1].isdigit() for a, b in pairwise(parts))
+    return sentence[start - 2].isdigit() and not has_commas
 
 
 def _is_of_run(role: str, before: str, behind: str) -> bool:
@@ -231,18 +234,19 @@ def _is_of_run(role: str, before: str, behind: str) -> bool:
         return False  # an uncertainty
     if role == "position" and (from_centre(behind) or origin_in(behind)):
         behind = ""
-    if re.match(rf"\W*(?:{TIMED})", behind) and not altered_role(behind):
+    first_words = " ".join(LETTERS.findall(behind)[:2])
+    if _TIMED.is_in(first_words) and not altered_role(behind):
         behind = ""  # "50 g (measured on the balance)"
     if turns_in(behind):
         behind = ""
     before = re.sub(_NUMBERED, " ", before)
-    words = re.findall(r"\w+|\+", f"{before} {behind}")
-    return all(map(_is_known, words))
+    words = f"{before} {behind}"
+    return "+" not in words and all(map(_is_known, filter(None, words_of(words))))
 
 
 def _is_known(word: str) -> bool:
     """Return whether a word is a small one, or names a reading of a run."""
-    if fold_name(word) in _SMALL or re.fullmatch(TIMED, word):
+    if fold_name(word) in _SMALL or _TIMED.is_in(word):
         return not word.isdigit()
     names, _ = name_roles(word)
     return not _ROLES_BESIDE.isdisjoint(names)
@@ -269,10 +273,6 @@ def turns_stated(sentences: Iterable[Text]) -> set[str]:
     return set(map(turns_in, filterfalse(is_of_the_spin, clauses))) - {""}
 
 
-_FORMULA = r"=|[^\W\d_]\s*/\s*[0-9]"
-"""A sign of a formula, as in "t/3"."""
-
-
 def _is_of_turns_of_rod(word: str) -> bool:
     """Return whether a word may stand in a sentence about the turns of the rod."""
     return _is_known(word) or is_of_turns(word) or ROD.is_in(word)
@@ -281,14 +281,23 @@ def _is_of_turns_of_rod(word: str) -> bool:
 def _turns_of_sentence(sentence: str) -> str:
     """Return the turns that a sentence states for runs; "" if there are none."""
     sentence = numerals.fold_number(sentence)
-    parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
-    if len(parts) > 1 or re.search(_FORMULA, sentence):
+    if _is_calculation(sentence):
         return ""
     # Words behind a comma may change the turns: "one turn, added together".
     for clause in (sentence, *re.split(r"[;.()；。]\s+", sentence)):
         if turns := turns_in(clause):
-            bare = re.sub(TIMED, " ", QUANTITY.sub(" ", clause))
-            words = re.findall(_LETTERS, bare)
+            bare = QUANTITY.sub(" ", clause)
+            words = LETTERS.findall(bare)
             if all(map(_is_of_turns_of_rod, words)):
                 return turns
     return ""
+
+
+def _is_calculation(sentence: str) -> bool:
+    """Return whether a sentence has two fractions, or a sign of a formula: "t/3"."""
+    pieces = sentence.split("/")
+    parts = map(str.strip, pieces)
+    ends = [(above[-1:], below[:1]) for above, below in pairwise(parts)]
+    fractions = {end for end in ends if end[1].isdigit()}
+    has_letter = any(above.isalpha() for above, _ in fractions)
+    return "=" in sentence or has_letter or len(fractions) > 1

@@ -13,25 +13,22 @@ from fractions import Fraction
 from msgspec import Struct
 
 from gyrodata.base import diagnostics
-from gyrodata.quantities import misreadings, notation, numerals, units, vocabulary
+from gyrodata.quantities import misreadings, notation, numerals, units
 from gyrodata.quantities.notation import Quantity, read_cell
-from gyrodata.quantities.numerals import fold_number, to_float
+from gyrodata.quantities.numerals import fold_number, has_digit, to_float
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import layout, roles
 from gyrodata.readings.grid import is_number
 from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults, Text
 from gyrodata.readings.layout import MOST_TURNS, Chosen
-from gyrodata.readings.names import NAMES, Header
+from gyrodata.readings.names import NAMES, Header, fold_name, word_set, words_of
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
-_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
-_FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9][0-9]?/[1-9][0-9]?")
-"""A number, or a fraction such as 1/3."""
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
 """A number with a remark: "8.83 (maybe late)"."""
-_NO_WEIGHT = vocabulary.single_words("no_weight")
+_NO_WEIGHT = word_set("no_weight")
 
 _TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}\w*\.?")
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
@@ -58,8 +55,7 @@ def number_in_words(text: str, role: str) -> str:
     """
     if role != "mass":
         return fraction_of_date(text) or _turns_in_words(text) or _turns_of_angle(text)
-    bare = re.sub(r"[\s.-]", "", text)
-    return "0 g" if bare.lower() in _NO_WEIGHT else ""
+    return "0 g" if fold_name(text) in _NO_WEIGHT else ""
 
 
 def _turns_in_words(text: str) -> str:
@@ -136,7 +132,7 @@ def part_counted(header: Header) -> str:
     stated = header.turns or words_of_turns(header.text)
     if stated:
         return stated if stated in _PARTS else ""
-    words = re.split(r"[\W_]+", header.text)
+    words = words_of(header.text)
     named = {words_of_turns(word, whole=True) for word in words} & _PARTS
     if len(named) == 1:
         return named.pop()
@@ -145,7 +141,6 @@ def part_counted(header: Header) -> str:
 
 # Dashes and colons
 
-_CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _DASHES = BLANKS - UNKNOWN - {""}
 _MOST_DASHES = 0.25
 """If a larger share of the cells has a dash, it means "as above" [1]."""
@@ -163,7 +158,7 @@ def meant_texts(
     if column.role in roles.TIMINGS:
         if any(map(is_number, texts)):
             # Words between numbers, such as "aborted", are left out.
-            texts = [text if re.search("[0-9]", text) else "" for text in texts]
+            texts = [text if has_digit(text) else "" for text in texts]
     elif column.role == "mass" and not _DASHES.isdisjoint(texts):
         texts = _with_zero_for_dashes(texts, positions)
     if column.header.unit == "s" and ":" in fold_number(" ".join(texts)):
@@ -190,14 +185,22 @@ def _ask_for_colons(
 
     "mm:ss" in the header says what its cells are.
     """
-    clocks = [text for text in texts if _CLOCK.fullmatch(fold_number(text))]
+    clocks = list(filter(_is_clock, texts))
     if not clocks or ":" in column.header.text:
         return
     first = clocks[0]
-    cell = table.cell_of(column, texts.index(first))
+    row = texts.index(first)
+    cell = table.cell_of(column, row)
     name = column.header.text.partition("[")[0].strip()
     meant = ".".join(first.rsplit(":", 1))
     faults.add("colon", cell, role=column.role, name=name, first=first, meant=meant)
+
+
+def _is_clock(text: str) -> bool:
+    """Return whether a text is two or three whole numbers with colons: 13:06."""
+    *parts, last = fold_number(text).split(":")
+    are_digits = all(part.isdecimal() and len(part) <= 3 for part in (*parts, last))
+    return are_digits and len(parts) in (1, 2) and len(last) == 2
 
 
 # The cells of a column
@@ -221,11 +224,9 @@ class DecimalSigns(Struct, frozen=True):
 
     def may_separate_thousands(self, text: str) -> bool:
         """Return whether the comma or the point in "1,284" may separate thousands."""
-        if not _THOUSANDS.fullmatch(text):
-            return False
-        if "," in text:
+        if numerals.may_have_thousands(text):
             return self.expected != {","}
-        return self.typed == {","}
+        return self.typed == {","} and numerals.may_have_thousands(text, ".")
 
 
 class CellReader:
@@ -287,7 +288,7 @@ class CellReader:
         ask = self.signs.may_separate_thousands(text)
         if ask:
             read_cell(text.replace(".", ","), self.kind, self.unit, ask=True)
-        is_word = self.role in _IN_WORDS and not _FRACTION.fullmatch(text)
+        is_word = self.role in _IN_WORDS and not _is_number_or_fraction(text)
         number = number_in_words(text, self.role) if is_word else ""
         try:
             return read_cell(number or text, self.kind, self.unit, ask)
@@ -360,8 +361,14 @@ class CellReader:
         """Return the texts read as fractions of which a program made dates."""
         if self.kind != "number":
             return []
-        unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
-        return list(filter(fraction_of_date, unclear))
+        return list(filter(fraction_of_date, self.read))
+
+
+def _is_number_or_fraction(text: str) -> bool:
+    """Return whether a text is a number, or a fraction such as 1/3."""
+    above, slash, below = text.partition("/")
+    is_fraction = slash and above.isdecimal() and below.isdecimal()
+    return bool(is_fraction) or numerals.PLAIN.fullmatch(text) is not None
 
 
 def _may_be_degrees(text: str) -> bool:

@@ -83,13 +83,13 @@ def _serve_mapped(
         if column.at in mapped:
             first = mapped[column.at].role
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
-        repeat = re.fullmatch("time_([0-9]+)", key)
-        role = "time" if repeat else key
+        number = key.removeprefix("time_")
+        role = key if number == key else "time"
         unit = _unit_for(role, column.header)
         chosen = replace(column, header=replace(column.header, unit=unit), role=role)
         if role == "time":
-            number = int(repeat[1]) if repeat else None
-            chosen = replace(chosen, number=number, turns=column.header.turns)
+            repeat = None if number == key else int(number)
+            chosen = replace(chosen, number=repeat, turns=column.header.turns)
         mapped[column.at] = chosen
         choice.serve(chosen)
     return [column for column in columns if column.at not in mapped]
@@ -120,7 +120,8 @@ def _unit_for(role: str, header: Header) -> str | None:
         kinds = kinds_of(unit)
         if unit == "%" or not kinds or kind in kinds:
             return unit
-    parts = re.split(r"[,;/_ ]", header.text)
+    words = header.text.replace("/", " ")
+    parts = TOKENS.split(words)
     ends = [end for end in parts[1:] if kind in kinds_of(end)]
     if ends:
         return ends[-1]
@@ -131,7 +132,7 @@ def _unit_for(role: str, header: Header) -> str | None:
 
 _LEGEND = re.compile(
     r"(?m)(?:^|[,;]\s)[^\w\n]*(\w{1,8})[^\S\n]*[=:–-][^\S\n]*"
-    rf"((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED})(?:[^,;\n]|[,;](?!\s))*)"
+    rf"((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED.pattern})(?:[^,;\n]|[,;](?!\s))*)"
 )
 """A line such as "T = time of one turn"; but not "T = t/3"."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Collection, Iterable, Mapping
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.layout import Chosen, note_unused
 from gyrodata.readings.names import (
     COUNTER_WORDS,
+    TOKENS,
     fold_name,
     is_of_the_spin,
     origin_in,
@@ -119,7 +119,8 @@ def compare_with_line(column: Column, setting: Setting, faults: Faults) -> None:
     different = [run for run, reading in readings if differ(stated, reading)]
     if not different:
         return
-    name = fold_name(parse_header(column.header).name)
+    header = parse_header(column.header)
+    name = fold_name(header.name)
     is_named = name == squeeze(column.role)
     if setting.place is None or is_named or not roles.BY_NAME[column.role].part:
         faults.add("line_not_used", setting.place, given=setting, header=column.header)
@@ -308,11 +309,12 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
         return
     texts = [reading.text if reading.u is None else "" for reading in turns.readings]
     for text in dict.fromkeys(texts):
-        if not re.search("[.,]", text):
+        if "." not in text and "," not in text:
             continue
         meant, doubt = rounded_turns(text)
         if meant and doubt > _SMALL_DOUBT * to_float(text):
-            place = turns.place(texts.index(text))
+            run = texts.index(text)
+            place = turns.place(run)
             faults.add("rounded", place, text=text, doubt=doubt, meant=meant)
 
 
@@ -342,11 +344,11 @@ def warn_of_units(
 def _units_in(note: str) -> dict[str, set[float]]:
     """Return the size of the units in a note, as "x is in inches, not cm", by kind."""
     units: dict[str, set[float]] = {}
-    words = re.findall(r"[^\W\d_]+(?:/[^\W\d_]+)?", note.lower())
+    words = [word.strip(".:!?'\"=") for word in TOKENS.split(note.lower())]
     for before, word in pairwise(["", *words]):
         kind = "".join(kinds_of(word))
         # "per minute" and "m" are not units of a column.
-        is_sure = re.fullmatch(IN, before) or (len(word) > 2 and kind != "time")
+        is_sure = before in IN or (len(word) > 2 and kind != "time")
         if kind in ROLE_OF_KIND and word != "in" and is_sure and before not in _NOT:
             units.setdefault(kind, set()).add(parse_unit(word, kind).factor)
     return {} if CORRECTED.is_in(note) else units

@@ -41,8 +41,8 @@ def check_completeness(
         _check_period(log.columns, faults)
     idle = [column.text for column in choice.unplaced]
     if idle and not missing:
-        name = "headers_unknown" if len(idle) > 1 else "header_unknown"
-        faults.add(name, headers=listing(idle))
+        plural = "s" if len(idle) > 1 else ""
+        faults.add("headers_unknown", s=plural, headers=listing(idle))
 
 
 def _set_lonely_apart(log: Readings, choice: Choice) -> None:

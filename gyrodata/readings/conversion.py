@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from typing import Any
@@ -55,9 +54,12 @@ def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
         yield "\t".join(map(quoted_text, row)).rstrip("\t")
 
 
+_BLANKS = str.maketrans("\t\r\n", "   ")
+
+
 def quoted_text(value: Any) -> str:
     """Return a cell as text, in quotes if it begins with one."""
-    text = re.sub(r"[\t\r\n]", " ", value_text(value))
+    text = value_text(value).translate(_BLANKS)
     if text[:1] == '"':
         return '"' + text.replace('"', '""') + '"'
     return text
@@ -97,7 +99,8 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
     """
     faults_of_file = Faults(shown)
     sheets = _sheets_of(data, faults_of_file)
-    faults = Faults(shown, *_text_of_sheets(sheets, faults_of_file))
+    text = _text_of_sheets(sheets, faults_of_file)
+    faults = Faults(shown, *text)
     hidden = "; ".join(chain.from_iterable(map(workbook.hidden_parts, sheets)))
     if hidden:
         faults.add("hidden_cells", where=hidden)

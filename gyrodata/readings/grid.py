@@ -203,7 +203,8 @@ _COMMENT = (
 )
 """The sign # of a comment: a spreadsheet program writes #DIV/0! into a cell, and "# of
 turns" is a header."""
-_KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
+_SIGNS_IN_KEY = frozenset("_ .()/-")
+_LONGEST_KEY = 40
 _RULE = frozenset("|+:=-")
 """Signs of a line of a Markdown table that only draws a line."""
 _MOST_LINES_OF_A_CELL = 100
@@ -219,14 +220,17 @@ def make_grid(
     sha256: str = "",
 ) -> Grid:
     """Split a log into cells; `delimiter` is given if gyro wrote the text itself."""
-    lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
+    typed = "\n".join(faults.lines)
+    usual = _in_usual_signs(typed)
+    lines = usual.split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
     count = len(body) - 1  # without the header
     if count > MAX_ROWS:
         raise faults.refuse("too_many_rows", count=count)
     if body and not grid.delimiter:
-        grid = replace(grid, delimiter=_find_delimiter(lines, body))
+        sign = _find_delimiter(lines, body)
+        grid = replace(grid, delimiter=sign)
     for row in _split_lines(grid, body, faults):
         if len(row.filled()) > _MOST_CELLS_OF_KEY or not _take_key(row, grid, faults):
             grid.rows.append(row)
@@ -239,8 +243,8 @@ def _in_usual_signs(text: str) -> str:
     """Write the digits of all scripts as 0 to 9, and their decimal signs as points."""
     if text.isascii():
         return text
-    text = re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), text)
-    return re.sub(r"(?<=[0-9])[．٫](?=[0-9])", ".", text)
+    digits = {ord(sign): str(int(sign)) for sign in set(text) if sign.isdecimal()}
+    return text.translate({**digits, ord("．"): ".", ord("٫"): "."})
 
 
 def _take_notes(grid: Grid, faults: Faults) -> list[int]:
@@ -264,18 +268,30 @@ def _take_note(grid: Grid, index: int, line: str) -> None:
     if line.lstrip().startswith('"'):
         content = content.rstrip('"').replace('""', '"')
     place = Place(index + 1, start)
-    match = _KEY.fullmatch(content)
-    is_one_value = match and match[1] in roles.KEYS and not re.search("[,;]", match[2])
+    key, value = _key_and_value(content)
+    is_one_value = key in roles.KEYS and "," not in value and ";" not in value
     if SPHERE.is_in(content) and not is_one_value and (pairs := constants_in(content)):
-        grid.metadata.extend((key, Text(value, place)) for key, value in pairs)
-    elif match:
-        key = "_".join(match[1].replace("-", " ").split())
-        place = Place(index + 1, start + match.start(2) + 1)
-        grid.metadata.append((key, Text(match[2].strip(), place)))
+        grid.metadata.extend((name, Text(text, place)) for name, text in pairs)
+    elif key:
+        name = "_".join(key.replace("-", " ").split())
+        place = Place(index + 1, start + len(content) - len(value) + 1)
+        grid.metadata.append((name, Text(value.strip(), place)))
     elif len(content) <= _SHORT_LINE and (station := station_in(content)):
         grid.metadata.append(("station", Text(station, place)))
     else:
         grid.comments.append(Text(content.strip(), place))
+
+
+def _key_and_value(line: str, signs: str = ":=") -> tuple[str, str]:
+    """Split "key: value" at the first of some signs; blank texts for another line."""
+    ends = [at for at in map(line.find, signs) if at >= 0]
+    end = min(ends, default=0)
+    key = line[:end].strip()
+    letters = [sign for sign in key if sign not in _SIGNS_IN_KEY]
+    is_key = key[:1].isalpha() and all(map(str.isalnum, letters))
+    if not is_key or len(key) > _LONGEST_KEY:
+        return "", ""
+    return key, line[end + 1 :].lstrip()
 
 
 _SHORT_LINE = 30
@@ -311,13 +327,21 @@ def _shares_of_delimiters(
     """Return the share of the lines in which a sign has its most common count."""
     quoted = r'"(?:[^\S\t]|[,;|])*+[^"\s,;|][^"\t]*"'
     bare = [re.sub(quoted, "", lines[index][: 4 * MAX_CELL]) for index in body[:30]]
-    if not with_decimals:
-        bare = [re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare]
     shares = {}
     for sign in "\t;,|":
-        counts = Counter(filter(None, (line.count(sign) for line in bare)))
+        numbers = [line.count(sign) for line in bare]
+        if sign == "," and not with_decimals:
+            numbers = list(map(_commas_between_cells, bare))
+        counts = Counter(filter(None, numbers))
         shares[sign] = max(counts.values(), default=0) / len(bare)
     return shares
+
+
+def _commas_between_cells(line: str) -> int:
+    """Count the commas that are not between two digits."""
+    cells = line.split(",")
+    pairs = itertools.pairwise(cells)
+    return sum(not (a[-1:].isdecimal() and b[:1].isdecimal()) for a, b in pairs)
 
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that
@@ -352,11 +376,10 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
 def _without_lone_quotes(grid: Grid, index: int) -> str:
     """Return a line in which a lone quote, as a sign for "the same", quotes nothing."""
     line = grid.lines[index]
-    mark = re.escape(grid.delimiter)
-    lone = rf'(?<![^{mark}])( *)"( *)(?![^{mark}])'
-    without, count = re.subn(lone, r"\1″\2", line)
-    if count == line.count('"'):
-        return without
+    cells = line.split(grid.delimiter)
+    lone = [cell for cell in cells if cell.strip(" ") == '"']
+    if len(lone) == line.count('"'):
+        return line.replace('"', "″")
     return line
 
 
@@ -389,18 +412,31 @@ def _plain(text: str) -> str:
 def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     """Return the place of a cell, by its number."""
     line, at = divmod(spot, MAX_COLUMNS)
-    text = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
-    mark = re.escape(delimiter)
-    cell = re.compile(rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}')
-    end = 0
+    rest = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
+    text = rest
     for _ in range(at):
-        match = cell.match(text, end)
-        if not match:
+        end = _end_of_quotes(rest)
+        first, found, behind = rest[end:].partition(delimiter)
+        if not found or "\n" in first:
             return Place(line, 1)
-        end = match.end()
-    first = re.compile(rf'[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n])').match(text, end)
-    before = text[: first.end() if first else end]
+        rest = behind
+    content = rest.lstrip(_UNSEEN)
+    is_quoted = content[:1] == '"' and content[1:2] not in ("", '"', "\n", delimiter)
+    if content[:1] in ("", "\n", delimiter):
+        content = rest
+    before = text[: len(text) - len(content) + is_quoted]
     return Place(line + before.count("\n"), len(before) - before.rfind("\n"))
+
+
+def _end_of_quotes(text: str) -> int:
+    """Return where the quotes of a first cell end; 0 if it is not in quotes."""
+    start = len(text) - len(text.lstrip(" "))
+    if text[start : start + 1] != '"':
+        return 0
+    end = text.find('"', start + 1)
+    while end > 0 and text[end + 1 : end + 2] == '"':
+        end = text.find('"', end + 2)
+    return end + 1 if end > 0 else len(text)
 
 
 # --- Keys without the sign #, and limits ---
@@ -422,9 +458,6 @@ def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
     return stated != []
 
 
-_KEY_OF_CELLS = re.compile(r"([^\W\d]\w*+(?: ++\w++)*+)\s*[:=\t]\s*(.+)")
-
-
 def _values_of_log(cells: list[str]) -> list[tuple[str, str]]:
     """Return the keys and the values that a row states for the whole log."""
     if SPHERE.is_in(cells[0]):
@@ -440,24 +473,24 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
 
     An example is "u_time", "0.2", "s".
     """
-    match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
+    name, value = _key_and_value("\t".join(cells), ":=\t")
     # A row of several cells ends with a unit.
     ends_with_number = len(cells) > 2 and is_number(cells[-1])
-    if match is None or ends_with_number:
+    if not name or not value or ends_with_number:
         return None
-    key = "_".join(match[1].replace("_", " ").split()).lower()
-    value = match[2]
-    if reported_key(match[1]) == "inertia":
+    key = "_".join(name.replace("_", " ").split()).lower()
+    if reported_key(name) == "inertia":
         return _answer(_with_u(value))
+    return (key, _with_u(value)) if _is_value_of(key, value) else None
+
+
+def _is_value_of(key: str, value: str) -> bool:
+    """Return whether a text is a value, or a word, that a key can have."""
     form = vocabulary.LINES.get(key, {})
     if form and "sample" not in form:
-        words = form.get("words", YES_OR_NO)
-        return (key, value) if value.lower() in words else None
-    if not form and key not in _CONSTANTS:
-        return None
-    if not re.match(r"[-+(]?[.\d]", value):
-        return None
-    return key, _with_u(value)
+        return value.lower() in form.get("words", YES_OR_NO)
+    first = value.lstrip("-+(.")[:1]
+    return (form != {} or key in _CONSTANTS) and first.isdecimal()
 
 
 def _with_u(value: str) -> str:
@@ -486,26 +519,30 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
     notes = [text.text for text in grid.comments]
     notes += [f"{key}: {text.text}" for key, text in grid.metadata]
     for row in grid.rows:
-        has_digit = any(map(_DIGIT.search, row.texts))
-        notes += [text for text in row.texts if len(text) > MAX_HEADER * has_digit]
+        least = MAX_HEADER * any(map(numerals.has_digit, row.texts))
+        notes += [text for text in row.texts if len(text) > least]
     size = sum(max(len(note), _LEAST_NOTE) for note in notes)
     if size > MAX_PROSE:
         raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 
 
-_DIGIT = re.compile("[0-9]")
-_DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
-
-
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
     """Return the signs in a table's first numbers that cannot separate thousands."""
-    signs = set()
+    signs: set[str] = set()
     for row in grid.rows[:50]:
-        for match in map(_DECIMAL.fullmatch, row.texts):
-            if match and (len(match[2]) != 3 or match[0][0] == "0"):
-                signs.add(match[1])
+        signs.update(*map(_decimal_sign, row.texts))
     # If a spreadsheet separates the cells with semicolons, the comma is the decimal
     # sign.
     if not signs and by_delimiter and grid.delimiter == ";":
         return {","}
     return signs
+
+
+def _decimal_sign(text: str) -> str:
+    """Return the sign of a decimal number that cannot separate thousands; else ""."""
+    for sign in ".,":
+        whole, _, decimals = text.lstrip("-+−").partition(sign)
+        are_digits = whole.isdecimal() and decimals.isdecimal()
+        if are_digits and (len(decimals) != 3 or whole[0] == "0"):
+            return sign
+    return ""

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import numerals, units, vocabulary
+from gyrodata.quantities import numerals, units
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.names import (
@@ -34,11 +34,13 @@ from gyrodata.readings.names import (
     measures,
     moment_in,
     origin_in,
+    squeezed_words,
+    word_set,
 )
 from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import (
     NUMBERS,
-    TURN,
+    names_turns,
     turns_in,
     words_of_turns,
 )
@@ -150,18 +152,19 @@ def is_one_letter(unit: str) -> bool:
 
     A sign of Chinese or Japanese is a word.
     """
-    letters = units.fold_letters(unit).strip(". ")
+    folded = units.fold_letters(unit)
+    letters = folded.strip(". ")
     return len(letters) == 1 and letters.isalpha() and letters < FIRST_SIGN
 
 
-_WEIGHTS = vocabulary.pattern("weights")
+_WEIGHTS = word_set("weights")
 
 
 def counts_weights(header: Header) -> bool:
     """Return whether a column counts the weights on the rod: "number of weights"."""
     if header.roles or header.unit is not None:
         return False
-    return re.search(rf"\b{_WEIGHTS}\b", header.text) is not None
+    return not _WEIGHTS.isdisjoint(squeezed_words(header.text))
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:
@@ -175,14 +178,16 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     cells = [numerals.fold_number(text) for text in texts if text]
     if header.roles or header.unit is not None or not cells:
         return False
-    if all(_is_part_of_turns(cell) or re.fullmatch(_COUNT, cell) for cell in cells):
+    if all(_is_part_of_turns(cell) or _may_count_turns(cell) for cell in cells):
         return any(map(_is_part_of_turns, cells)) or _names_whole_turns(header)
     return False
 
 
 def _is_part_of_turns(cell: str) -> bool:
     """Return whether a cell states turns as a fraction or in words."""
-    if re.fullmatch(_FRACTION, cell):
+    above, _, below = cell.replace(" ", "").partition("/")
+    is_fraction = above.strip("0").isdecimal() and below.isdecimal()
+    if is_fraction and 1 < int(below) <= 12:
         return True
     words = words_of_turns(cell, whole=True) or turns_in(cell)
     return words != ""
@@ -191,14 +196,16 @@ def _is_part_of_turns(cell: str) -> bool:
 def _names_whole_turns(header: Header) -> bool:
     """Return whether a header names turns, and not "thirds of a turn" above 3."""
     counts_parts = contains_word(header.text, NUMBERS) and "/" not in header.turns
-    return bool(re.search(TURN, header.text)) and not counts_parts
+    return names_turns(header.text) and not counts_parts
 
 
-_FRACTION = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
-_COUNT = (
-    r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?"
-    r"|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
-)
+def _may_count_turns(cell: str) -> bool:
+    """Return whether a cell is a number of thirds or of quarters of a turn."""
+    if not numerals.PLAIN.fullmatch(cell):
+        return False
+    twelfths = 12 * numerals.to_float(cell)
+    is_part = min(twelfths % 3, -twelfths % 3, twelfths % 4, -twelfths % 4) < 0.1
+    return 0 < twelfths < 1200 and is_part
 
 
 def names_timing(header: Header) -> bool:
@@ -208,7 +215,8 @@ def names_timing(header: Header) -> bool:
 
 def may_number(header: Header) -> bool:
     """Return whether a column such as "n" or "count" may number the runs."""
-    return header.unit is None and bool(re.fullmatch(r".|(?i:count)", header.text))
+    is_counter = len(header.text) == 1 or header.text.lower() == "count"
+    return header.unit is None and is_counter
 
 
 def unused_words(header: Header) -> tuple[str, ...]:
@@ -228,7 +236,7 @@ def unused_words(header: Header) -> tuple[str, ...]:
 def _says_number(word: str) -> bool:
     """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
     is_name = len(word) > 2 and fold_name(word) in NUMBERS
-    return is_name or bool(re.search("[0-9]", word))
+    return is_name or numerals.has_digit(word)
 
 
 _TIP = Phrases("tip")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable
 from itertools import chain, pairwise
@@ -26,6 +25,7 @@ from gyrodata.readings.grid import (
 from gyrodata.readings.headers import counts_weights, parse_header
 from gyrodata.readings.lablog import Faults, Text, header_of
 from gyrodata.readings.names import (
+    LETTERS,
     Header,
     Phrases,
     measures,
@@ -305,7 +305,7 @@ def hinted(header: Header) -> set[str]:
     """
     if header.unit is None:
         return {altered_role(header.text)}
-    words = re.findall(r"[^\W\d_]{2,}", header.text)
+    words = [word for word in LETTERS.findall(header.text) if len(word) > 1]
     named = chain.from_iterable(name_roles(word)[0] for word in words)
     return {role for role in named if measures(header.unit, role)}
 

@@ -60,9 +60,19 @@ def fold_name(text: str) -> str:
     return squeeze(text).lower()
 
 
+LETTERS = re.compile(r"[^\W\d_]+")
+"""A word without digits."""
+_BETWEEN_WORDS = re.compile(r"[\W_]+")
+
+
+def words_of(text: str) -> list[str]:
+    """Return the words of a text; blank texts stand for signs at its ends."""
+    return _BETWEEN_WORDS.split(text)
+
+
 def squeezed_words(text: str) -> set[str]:
     """Return the words of a text, squeezed and in small letters."""
-    return set(map(fold_name, re.split(r"[\W_]+", text)))
+    return set(map(fold_name, words_of(text)))
 
 
 def contains_word(text: str, words: Collection[str]) -> bool:
@@ -102,6 +112,10 @@ class Phrases:
         if not likely:
             return False
         return re.search(vocabulary.pattern_of(sorted(likely)), text) is not None
+
+    def without(self, text: str, instead: str = "") -> str:
+        """Return a text without the phrases, or with another text for each."""
+        return re.sub(self.pattern, instead, text)
 
 
 _LETTERS = re.compile(r"\w+")
@@ -146,25 +160,26 @@ SPINNING = Phrases("spinning")
 SPHERE = Phrases("sphere")
 DIAMETER = Phrases("diameter")
 ROD = Phrases("rod")
-PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
+PRECESSION = Phrases("precession")
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
 
 
 # --- Origins of positions ---
 
-FROM = vocabulary.pattern("from")
-"""Words between a length and its origin."""
-BEHIND_FROM = rf"\b{FROM}\b((?:\W+[\w']+){{1,5}})"
+_BEHIND_FROM = re.compile(
+    rf"\b(?={vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}}))"
+)
+"""Words between a length and its origin, and five words of the origin."""
 _WEIGHT_NAMES = [
     name.strip()
     for name in vocabulary.words("mass", ",").split(",")
     if " " not in name.strip()
 ]
 _WEIGHT_NAME = "|".join(name for name in _WEIGHT_NAMES if len(name) > 3)
-CENTRE = r"(?i)cent(?:re|er)|middle|milieu|mittel|Mitte|центр|środk"
-OF_WEIGHT = (
-    rf"(?i)(?:{CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})"
+_CENTRE = ("centre", "center", "middle", "milieu", "mittel", "mitte", "центр", "środk")
+_OF_WEIGHT = (
+    rf"(?i)(?:{'|'.join(_CENTRE)})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})"
     rf"|{vocabulary.pattern('not_centre')}"
 )
 """The centre of the weight, or what is not the origin."""
@@ -177,7 +192,18 @@ ORIGINS: tuple[tuple[Origin, Phrases], ...] = (
 
 def without_weight(text: str) -> str:
     """Return a text without the centre of the weight, which is not an origin."""
-    return re.sub(OF_WEIGHT, "", text)
+    return re.sub(_OF_WEIGHT, "", text)
+
+
+def names_centre(text: str) -> bool:
+    """Return whether a text contains a word for the centre of something."""
+    small = text.lower()
+    return any(stem in small for stem in _CENTRE)
+
+
+def behind_from(text: str) -> list[tuple[int, str]]:
+    """List the places of "from" in a text, and the words behind each."""
+    return [(match.start(), match[1]) for match in _BEHIND_FROM.finditer(text)]
 
 
 def origin_in(header: str) -> Origin:
@@ -185,7 +211,7 @@ def origin_in(header: str) -> Origin:
 
     The origin is the "surface" of the ball or the "tip" of the rod.
     """
-    if len(header) > MAX_HEADER or re.search(CENTRE, without_weight(header)):
+    if len(header) > MAX_HEADER or names_centre(without_weight(header)):
         return ""
     return next((origin for origin, words in ORIGINS if words.is_in(header)), "")
 
@@ -237,7 +263,6 @@ BESIDE = {
     for role in ("mass", "position", "turns", "time", "spin")
 }
 """Words beside the name of a role that say nothing more: "added mass"."""
-INDEX = r"(.*?[^\W\d])[\s_\-.]{0,20}([1-9][0-9]?)"
 _AFFIXES = (
     (START_WORDS, "", "_start"),
     (END_WORDS, "", "_end"),
@@ -255,10 +280,21 @@ def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
     roles = _roles_of(name)
     if roles:
         return roles, None
-    match = re.fullmatch(INDEX, name.strip())
-    if match and "time" in _roles_of(match[1]):
-        return ("time",), int(match[2])
+    stem, number = numbered(name.strip())
+    roles = _roles_of(stem)
+    if number and "time" in roles:
+        return ("time",), number
     return (), None
+
+
+def numbered(name: str) -> tuple[str, int | None]:
+    """Split "t_2" and "T 2" into the name and its number, None without one."""
+    bare = name.rstrip("0123456789")
+    digits = name[len(bare) :]
+    stem = bare.rstrip(" _-.")
+    if stem[-1:].isalpha() and 0 < len(digits) <= 2 and digits[0] != "0":
+        return stem, int(digits)
+    return name, None
 
 
 def _roles_of(name: str) -> tuple[str, ...]:
@@ -274,8 +310,10 @@ def _roles_of(name: str) -> tuple[str, ...]:
         return roles
     # "pos. from ball surface" without its end
     is_told = origin_in(name) or from_centre(name)
-    if is_told and re.search(rf"{BEHIND_FROM}$", name):
-        return _roles_of(re.split(BEHIND_FROM, name)[0])
+    places = behind_from(name) if is_told else []
+    if places and any(name.endswith(origin) for _, origin in places):
+        start, _ = places[0]
+        return _roles_of(name[:start])
     return _named_twice(words) or _with_small_words(words)
 
 
@@ -284,11 +322,11 @@ def exact_roles(name: str) -> tuple[str, ...]:
     symbol = squeeze(name)
     if symbol in SYMBOLS:
         return SYMBOLS[symbol]
-    is_unit_behind = re.search(r"[\s,]s$", name)  # "time s" is not "times"
+    is_unit_behind = name.endswith((" s", ",s"))  # "time s" is not "times"
     small = symbol.lower()
     if small in NAMES and not is_unit_behind:
         return NAMES[small]
-    key = re.sub(r"[\s-]", "_", name.lower())
+    key = name.lower().replace(" ", "_").replace("-", "_")
     if key in UNCERTAINTIES:
         return (key,)
     if len(symbol) == 1:
@@ -303,7 +341,8 @@ def _named_twice(words: list[str]) -> tuple[str, ...]:
         (words[:-2], words[-2:]),
         (words[1:], words[:1]),
     ):
-        meant = SYMBOLS.get(squeeze("".join(symbol)), ())
+        letters = "".join(symbol)
+        meant = SYMBOLS.get(squeeze(letters), ())
         if not meant or not name:
             continue
         # A word of Chinese or Japanese may have two signs.
@@ -368,7 +407,7 @@ _OF_THE_BALL = {
 
 def _of_what_turns(words: list[str]) -> tuple[str, ...]:
     """Look up "period of precession" and "ball speed", in any order of the words."""
-    rest = [word for word in words if not re.fullmatch(PRECESSION, word)]
+    rest = [word for word in words if not PRECESSION.is_in(word)]
     bare = [word for word in rest if not SPINNING.is_in(word)]
     if bare == words:
         return _meant_by_all(bare)
@@ -423,13 +462,16 @@ def reported_key(key: str) -> str:
 
 def station_in(line: str) -> str:
     """Return the station that a line names ("Station 2", "# poste: B"); else ""."""
-    name, *names = re.split(r"[\s:=#]+", line.strip("# \t;,:"))
-    is_named = len(names) == 1 and re.fullmatch(STATION, names[0])
-    return names[0] if is_named and fold_name(name) in STATION_WORDS else ""
+    words = line.translate(_SIGNS_BESIDE).split()
+    if len(words) != 2 or fold_name(words[0]) not in STATION_WORDS:
+        return ""
+    letter = words[1].rstrip("0123456789")
+    digits = words[1].removeprefix(letter)
+    is_name = len(digits) <= 2 and (letter == "" or letter.isalpha())
+    return words[1] if is_name and len(letter) <= 1 else ""
 
 
-STATION = r"[^\W\d]?[0-9]{0,2}"
-"""The name of a station: 2, 12, B, A2."""
+_SIGNS_BESIDE = str.maketrans("#:=;,", "     ")
 
 
 # --- The record of a header ---
@@ -497,4 +539,4 @@ def moment_in(header: str) -> Literal["", "start", "end"]:
 
 def is_of_the_spin(header: str) -> bool:
     """Return whether a header says that turns of the ball are timed."""
-    return SPINNING.is_in(header) and not re.search(PRECESSION, header)
+    return SPINNING.is_in(header) and not PRECESSION.is_in(header)

@@ -14,35 +14,40 @@ from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
-    BEHIND_FROM,
-    CENTRE,
     DIAMETER,
     FIRST_SIGN,
-    FROM,
+    LETTERS,
     NAMES,
     ORIGINS,
     ROD,
     SPHERE,
     TOKENS,
     Phrases,
+    behind_from,
     exact_roles,
     fold_name,
     from_centre,
     name_roles,
+    names_centre,
     origin_in,
     reported_key,
     squeeze,
     without_weight,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import NUMBERS, SIGNS, TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import (
+    NUMBERS,
+    TURN,
+    separate_signs,
+    turns_in,
+    words_of_turns,
+)
 
 ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 """Words that say that a reading is not what is typed, and that it is corrected."""
 _SIGNS = rf"\+(?![/-])|[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """Signs that say the same: "position + R", "4 = full turn"."""
-_AMOUNT = rf"(?<![0-9.,]){numerals.NUMBER}\s*([^\W\d_]+)"
-_AMOUNT_OR_SHARE = rf"(?<![0-9.,]){numerals.NUMBER}\s*([^\W\d_]+|%)"
+_AMOUNT = re.compile(rf"(?<![0-9.,]){numerals.NUMBER}\s*([^\W\d_]+|%)")
 _ROLE_OF_UNIT = {
     frozenset({"mass"}): "mass",
     frozenset({"length"}): "position",
@@ -68,10 +73,10 @@ _DIGITS = frozenset("23456789")
 
 def _names_part_of_period(note: str) -> bool:
     """Return whether a note names a number of periods other than one: "pół okresu"."""
-    spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
-    squeezed = " ".join(map(squeeze, TOKENS.split(spaced)))
+    squeezed = " ".join(map(squeeze, TOKENS.split(separate_signs(note))))
     # "halvperioder" is "halv perioder".
-    words = _A_PERIOD.sub(r" \g<0>", squeezed).split()
+    spaced = _A_PERIOD.sub(r" \g<0>", squeezed)
+    words = spaced.split()
     for at, word in enumerate(words):
         if not word.startswith(_STEMS):
             continue
@@ -100,19 +105,20 @@ def altered_readings(note: str) -> list[str]:
         is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
         return []
-    if CORRECTED.is_in(re.sub(ALTERED.pattern, "…", bare)):
+    if CORRECTED.is_in(ALTERED.without(bare, "…")):
         return []
     return _named_readings(bare) or ["readings"] * is_altered
 
 
 def _named_readings(note: str) -> list[str]:
     """List the readings that a note names; else the one whose amount it states."""
-    words = re.findall(r"[\w/]+", note)
-    named = itertools.chain.from_iterable(map(_roles_of_word, words))
+    words = _NAME.findall(note)
+    meanings = map(_roles_of_word, words)
+    named = itertools.chain.from_iterable(meanings)
     of_runs = [role for role in named if role != "torque" and BY_NAME[role].part]
-    amount = re.search(_AMOUNT, note)
-    if not of_runs and amount:
-        of_runs = list(filter(None, [_ROLE_OF_UNIT.get(kinds_of(amount[1]))]))
+    units = [unit for unit in _AMOUNT.findall(note) if unit != "%"]
+    if units and not of_runs:
+        of_runs = list(filter(None, [_ROLE_OF_UNIT.get(kinds_of(units[0]))]))
     return list(dict.fromkeys(of_runs))
 
 
@@ -122,8 +128,16 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
         return ("spin",)
     if len(word) <= 2:
         return ()
-    singular = re.sub(r"e?[ns]$", "", word)
-    return NAMES.get(fold_name(word)) or NAMES.get(fold_name(singular), ())
+    names = [NAMES.get(fold_name(form), ()) for form in _forms(word)]
+    return next(filter(None, names), ())
+
+
+_NAME = re.compile(r"[\w/]+")
+
+
+def _forms(word: str) -> list[str]:
+    """Return a word, and what it is without the ends of a plural or an article."""
+    return [word.removesuffix(end) for end in ("", "s", "n", "es", "en", "e", "et")]
 
 
 _SURFACE_NOTE = Phrases("surface_note")
@@ -135,10 +149,7 @@ def noted_origin(note: str) -> str:
     An example is "x is measured from the surface of the ball".
     """
     if _SURFACE_NOTE.is_in(note):
-        bare = without_weight(note)
-        if re.search(CENTRE, bare):
-            return ""
-        return "surface"
+        return "" if names_centre(without_weight(note)) else "surface"
     if not any(words.is_in(note) for _, words in ORIGINS):
         return ""
     return _origin_of_position(note)
@@ -150,43 +161,46 @@ def _origin_of_position(note: str) -> str:
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
-    if not re.search(rf"\b{FROM}\b", bare):
+    places = behind_from(bare)
+    if not any(origin_in(words) for _, words in places):
         return ""
-    starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
+    start, _ = places[0]
+    starts_with_from = not any(map(str.isalnum, bare[:start]))  # "* from the tip"
     is_position = starts_with_from or bare != note or _names_position(bare)
-    places = [match[1] for match in re.finditer(f"(?={BEHIND_FROM})", bare)]
-    return origin if is_position and any(map(origin_in, places)) else ""
+    return origin if is_position else ""
 
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
     bare = without_weight(note)
-    is_of_position = _names_position(bare) and re.search(BEHIND_FROM, bare)
-    return bool(is_of_position) and from_centre(bare)
+    is_of_position = _names_position(bare) and behind_from(bare) != []
+    return is_of_position and from_centre(bare)
 
 
 def _explains_position(note: str) -> bool:
     """Return whether a note explains its first word: "x: from the surface of …"."""
-    symbol = re.match(r"\W*(\w{1,8})\s*[,:=]", note)
-    return symbol is not None and "position" in exact_roles(symbol[1])
+    signs = note.replace("=", ":").replace(",", ":")
+    symbol, is_explained, _ = signs.partition(":")
+    name = symbol.strip(" *#(-")
+    return is_explained != "" and "position" in exact_roles(name)
 
 
 def _names_position(note: str) -> bool:
     """Return whether a note names the position or the weight, perhaps in the plural."""
-    ends = ("", "s", "n", "en", "e", "et")
-    for word, end in itertools.product(re.findall(r"[^\W\d_]+", note), ends):
-        roles = name_roles(word.removesuffix(end))[0]
-        if "position" in roles or "mass" in roles:
-            return True
-    return False
+    letters = LETTERS.findall(note)
+    forms = map(_forms, letters)
+    words = itertools.chain.from_iterable(forms)
+    return any({"position", "mass"}.intersection(name_roles(word)[0]) for word in words)
 
 
 def _calls_position_diameter(note: str, grid: Grid) -> bool:
     """Return whether a note says such as "r is really the diameter" of a column r."""
-    names = "|".join(map(re.escape, _names_of_position(grid))) or "$."
-    for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note)):
+    names = [f" {name} " for name in _names_of_position(grid)]
+    for clause in filter(DIAMETER.is_in, note.replace(";", ",").split(",")):
+        letters = LETTERS.findall(clause)
+        words = " ".join(letters)
         is_other = SPHERE.is_in(clause) or ROD.is_in(clause)
-        if not is_other and re.search(rf"(?<!\w)(?:{names})(?![\w'’])", clause):
+        if not is_other and any(name in f" {words} " for name in names):
             return True
     return False
 
@@ -196,11 +210,6 @@ def _names_of_position(grid: Grid) -> list[str]:
     texts = itertools.chain(*(row.texts for row in grid.rows if is_head(row)))
     headers = map(parse_header, texts)
     return [header.name for header in headers if "position" in header.roles]
-
-
-_LONG_WORD = re.compile(r"[^\W\d_]{3}")
-_NO_BLANKS = re.compile(r"[\u2e80-\uffef]{3}")
-"""A word of three letters; signs of a language without blanks between words."""
 
 
 def read_notes(grid: Grid, faults: Faults) -> str:
@@ -240,8 +249,11 @@ def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
 def _has_words(text: str) -> bool:
     """Return whether a text contains two words, one of them of three letters."""
     words = [word for word in text.split() if any(map(str.isalnum, word))]
-    has_long = any(map(_LONG_WORD.search, words))
-    return (len(words) > 1 and has_long) or _NO_BLANKS.search(text) is not None
+    long_words = [word for word in LETTERS.findall(text) if len(word) > 2]
+    # There are no blanks between words in some languages.
+    return max(long_words, default="") > FIRST_SIGN or (
+        len(words) > 1 and long_words != []
+    )
 
 
 def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
@@ -290,7 +302,7 @@ def _is_understood(note: str) -> bool:
 
 def _has_amount(note: str) -> bool:
     """Return whether a note contains a number with a unit, or a percentage."""
-    units = re.findall(_AMOUNT_OR_SHARE, note)
+    units = _AMOUNT.findall(note)
     return any(unit == "%" or kinds_of(unit) for unit in units)
 
 

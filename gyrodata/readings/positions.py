@@ -94,7 +94,8 @@ def _origin_of(position: Column, settings: Settings) -> str:
 def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) -> None:
     """Report each sentence with a distance from the centre that no run has."""
     for sentence in sentences:
-        statements = statements_in(Row(1, [sentence.text]))
+        row = Row(1, [sentence.text])
+        statements = statements_in(row)
         if "position" not in statements:
             continue
         text, _ = statements["position"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
@@ -48,7 +46,7 @@ def read_reported(
     """
     read = Reported(reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
-    bare = re.sub(numerals.IN_FRONT, "", read.text)
+    bare = numerals.without_name(read.text)
     for latex, sign in _LATEX.items():
         bare = bare.replace(latex, sign)
     try:
@@ -110,7 +108,8 @@ def _digits(number: str) -> int:
     Zeros before the point may only fill up.
     """
     mantissa = number.lower().partition("e")[0].replace(",", ".")
-    digits = re.sub(r"[^\d.]", "", mantissa).lstrip("0.")
+    bare = mantissa.lstrip("+-")
+    digits = bare.lstrip("0.")
     if "." in mantissa:
         return len(digits.replace(".", "")) or 1
     return len(digits.rstrip("0")) or 1

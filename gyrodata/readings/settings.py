@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +28,11 @@ from gyrodata.readings.lablog import (
     listing,
 )
 from gyrodata.readings.names import (
+    behind_from,
     exact_roles,
     from_centre,
     name_roles,
+    numbered,
     reported_key,
 )
 from gyrodata.readings.reported import REPORTABLE, read_reported
@@ -104,12 +106,18 @@ def read_options(
             faults.add("option_unknown", what=item.label, hint=hint)
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
     for role in mapping:
-        if role not in mapped and not re.fullmatch(r"time_[1-9][0-9]?", role):
+        if role not in mapped and not _is_repeat(role):
             hint = _did_you_mean(role, mapped)
             faults.add("mapped_role_unknown", what=f"--map {role}=…", hint=hint)
     if faults.has_error():
         raise InputError(faults.diagnostics)
     return options
+
+
+def _is_repeat(role: str) -> bool:
+    """Return whether a role is that of a repeat: time_1 to time_99."""
+    number = role.removeprefix("time_")
+    return number != role and number.isdecimal() and 0 < int(number) < 100
 
 
 def _read_config(path: str | os.PathLike[str]) -> list[Setting]:
@@ -161,10 +169,11 @@ def read_settings(
         lines.take(key, text)
     for comment in comments:
         # "# spin 400 rpm" without a colon; also with a unit such as "g m^2"
-        value = r"[-+]?[0-9]\S*(?:\s\S+(?:\s\w+(?:\^2|²))?)?"
-        match = re.fullmatch(rf"(\w+)\s+({value})", comment.text)
-        if match:
-            _warn_of_remark(match[1], match[2], comment, faults)
+        key, _, value = comment.text.partition(" ")
+        units_of_value = value.split()[1:]
+        is_short = len(units_of_value) < 2 or units_of_value[1:] in (["m^2"], ["m²"])
+        if is_short and value.strip().lstrip("+-")[:1].isdecimal():
+            _warn_of_remark(key, value.strip(), comment, faults)
     remarks = lines.settings.metadata.items()
     remarks_with_text = {key.lower() for key, text in remarks if text}
     in_log = {*lines.texts, *(remarks_with_text & {COURSE})}
@@ -263,8 +272,8 @@ _KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
 
 def _readings_named(key: str) -> list[str]:
     """Return the readings that a key names, perhaps with a number: "m1"."""
-    bare = re.sub(r"_?[0-9]{1,2}$", "", key)
-    named = name_roles(key)[0] if "_" in key else exact_roles(bare)
+    stem, _ = numbered(key)
+    named = name_roles(key)[0] if "_" in key else exact_roles(stem)
     return [role for role in named if roles.kind_of_role(role) != "text"]
 
 
@@ -284,9 +293,10 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     written = key if text.text == value else text.text
     if close[0] in roles.ROLES:
         # Of "14.8 cm from centre" the value is meant.
-        match = re.match(rf"{numerals.NUMBER}\s*\S*", value)
-        if match:
-            value = match[0]
+        words = value.split()
+        is_bare = numerals.PLAIN.fullmatch(words[0]) is not None
+        if words[0][-1:].isalnum():
+            value = " ".join(words[: 1 + is_bare])
     faults.add("remark", text, written=written, meant=f"{close[0]}: {value}")
 
 
@@ -301,7 +311,6 @@ poles."""
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
 """Uncertainties of quantities with the expected value 0, with a sample: they cannot be
 a share."""
-_FROM_A_PLACE = r"(?<!\s)\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b"
 _MOST_RISE = 1.02
 """A spin may seem to rise by this factor because of its rounding."""
 
@@ -431,7 +440,8 @@ def _unusual(key: str, value: float, low: float, high: float, sample: str) -> Un
 def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
     """Read one reading that is valid for all runs."""
     if key == "position" and from_centre(text):
-        text = re.split(_FROM_A_PLACE, text)[0]
+        start, _ = [*behind_from(text), (len(text), "")][0]
+        text = text[:start].strip()
     if key in roles.COUNTS and numerals.take_apart(text) is None:
         text = turns_in(f"{text} turns") or text  # "three", "one third"
     cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
@@ -454,9 +464,13 @@ def form_of(key: str) -> tuple[str, list[str]]:
     The text has {} in the place of each quantity.
     """
     sample = vocabulary.LINES[key]["sample"]
-    quantity = r"(?<![0-9.])[0-9.]+ (\w+)"
-    kinds = [kind for [kind] in map(kinds_of, re.findall(quantity, sample))]
-    return re.sub(quantity, "{}", sample), kinds
+    form = sample
+    kinds: list[str] = []
+    for number, unit in pairwise(sample.replace(",", "").split()):
+        if numerals.PLAIN.fullmatch(number):
+            form = form.replace(f"{number} {unit}", "{}", 1)
+            kinds.extend(kinds_of(unit))
+    return form, kinds
 
 
 def _read_several(key: str, text: str) -> tuple[float, ...]:

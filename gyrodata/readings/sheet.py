@@ -48,6 +48,7 @@ from gyrodata.readings.names import (
     contains_word,
     fold_name,
     squeeze,
+    words_of,
 )
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
@@ -481,7 +482,8 @@ def _is_taken_out(row: Row) -> bool:
     if row.texts[0] == "#":
         return True
     texts = [text for text in row.texts if not is_number(text)]
-    has_number = len(texts) < len(row.texts)
+    count = len(row.texts)
+    has_number = len(texts) < count
     return has_number and any(map(NOT_USED.is_in, texts))
 
 
@@ -491,9 +493,10 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     if first < len(headers) and "note" in headers[first].roles:
         return False
     text = row.texts[first]
-    word = re.split(r"[\s_:,;(=]+", text)[0]
-    bare = re.sub(r"[()=:]", "", text)
-    return not SUMMARY_WORDS.isdisjoint((fold_name(word), fold_name(bare)))
+    word, *_ = [*filter(None, words_of(text)), text]
+    return not SUMMARY_WORDS.isdisjoint(
+        (fold_name(word), fold_name(text.strip("()=: ")))
+    )
 
 
 def _is_inertia(text: str) -> bool:

@@ -19,7 +19,7 @@ from gyrodata.base.errors import printable
 from gyrodata.readings import conversion
 from gyrodata.readings.grid import Grid, make_grid
 from gyrodata.readings.lablog import Faults, listing
-from gyrodata.readings.names import is_word
+from gyrodata.readings.names import LETTERS, is_word
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,7 +68,8 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 
 
 def _is_frame(source: Any) -> bool:
-    package = type(source).__module__.partition(".")[0]
+    module = type(source).__module__
+    package = module.partition(".")[0]
     return package == "pandas" and hasattr(source, "columns")
 
 
@@ -209,7 +210,7 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
 
 def _known_letters(text: str) -> int:
     """Count the letters beyond ASCII in words of the vocabulary."""
-    words = set(re.findall(r"[^\W\d_]+", text))
+    words = set(LETTERS.findall(text))
     not_ascii = [word for word in words if not word.isascii()]
     known = sum(len(word) for word in not_ascii if _is_known(word))
     return known - 5 * text[:-1].count("\ufffd")
@@ -217,8 +218,9 @@ def _known_letters(text: str) -> int:
 
 def _is_known(word: str) -> bool:
     """Return whether a word is in the vocabulary, with letters of one alphabet."""
-    is_latin = re.search("[A-Za-z]", word)
-    is_mixed = is_latin and re.search("[\u0370-\u04ff]", word)
+    is_mixed = any(map(str.isascii, word)) and any(
+        "\u0370" <= sign <= "\u04ff" for sign in word
+    )
     # A single letter of an alphabet is not a word.
     is_long = len(word) > 1 or word > "\u2e80"
     return is_long and not is_mixed and is_word(word)

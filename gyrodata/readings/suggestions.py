@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Mapping
 from functools import cached_property
 from itertools import chain
@@ -16,13 +15,12 @@ from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import counts_weights, unused_words
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
-from gyrodata.readings.names import DIAMETER, INDEX, PRECESSION
+from gyrodata.readings.names import DIAMETER, PRECESSION, numbered
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.unnamed import suggest_role
 
-_NAMELESS = re.compile("column [0-9]+")
-"""The name that a column without a header gets."""
-_QUOTED = re.compile(r'[",;\t]')
+_QUOTED = frozenset('",;\t')
+"""Signs of a cell that is written in quotes."""
 
 
 class Lack(Struct, frozen=True, dict=True):
@@ -100,7 +98,7 @@ class Lack(Struct, frozen=True, dict=True):
 
 def is_nameless(column: Chosen) -> bool:
     """Return whether a column has no header."""
-    return _NAMELESS.fullmatch(column.text) is not None
+    return column.text.removeprefix("column ").isdecimal()
 
 
 def _may_be_turns(column: Chosen) -> bool:
@@ -137,7 +135,7 @@ def _guess(lack: Lack) -> str:
 
 def _may_be_spin(header: str) -> str:
     """Ask if a rate of precession is the spin: the lab sheet calls it a rotation."""
-    if re.search(PRECESSION, header):
+    if PRECESSION.is_in(header):
         return ""
     return (
         f'is it "{header}", which is read as the rate of the precession? --map '
@@ -158,7 +156,7 @@ def _timed_turns(lack: Lack) -> str:
     """Return the number in a time's header that gyro does not understand; else ""."""
     headers = [column.header for column in lack.likely if lack.role == "time"]
     # "T_P_1" is the first of several times.
-    headers = [header for header in headers if not re.fullmatch(INDEX, header.name)]
+    headers = [header for header in headers if numbered(header.name)[1] is None]
     return " ".join(chain.from_iterable(map(unused_words, headers)))
 
 
@@ -258,6 +256,6 @@ def header_row(
         return ""
     headers = [changes.get(table.cells.index(cell), cell.text) for cell in typed]
     return table.grid.delimiter.join(
-        f'"{header}"' if _QUOTED.search(header) else header
+        header if _QUOTED.isdisjoint(header) else f'"{header}"'
         for header in [*headers, *added]
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import re
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -14,6 +13,7 @@ from msgspec.structs import replace
 
 from gyrodata.base.errors import insist_on_type
 from gyrodata.quantities import units
+from gyrodata.quantities.numerals import has_digit
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import compared, layout, roles, sheet
 from gyrodata.readings import source as sources
@@ -120,7 +120,8 @@ def read_log(
     if layout.is_plain(grid):
         table = layout.plain_layout(grid)
     else:
-        table = sheet.find_layout(side_by_side.to_rows(grid), faults)
+        below = side_by_side.to_rows(grid)
+        table = sheet.find_layout(below, faults)
     if table is not None:
         log = _with_runs(log, table, values, mapping, faults)
     return replace(log, diagnostics=faults.all_findings())
@@ -166,7 +167,7 @@ def _with_runs(
 
 def _warn_of_units(log: Readings, table: layout.Layout, faults: Faults) -> None:
     """Warn of other units in sentences without a number, whose unit it may be."""
-    words = [each for each in table.sentences if re.search("[0-9]", each.text) is None]
+    words = [each for each in table.sentences if not has_digit(each.text)]
     if words:
         compared.warn_of_units(words, log.columns, faults)
 
@@ -237,7 +238,8 @@ class TableReader:
         self._read_columns(is_run)
         if self.without_unit:
             self._ask_for_units()
-        runs = _runs_of(times, len(self.rows))
+        count = len(self.rows)
+        runs = _runs_of(times, count)
         rows = [run.row for run in runs]
         if not times:
             rows = list(itertools.compress(range(len(self.rows)), is_run))
@@ -565,8 +567,7 @@ class TableReader:
     def _compare_turns(self, turns: Column, columns: dict[str, Column]) -> None:
         """Compare the turns with what is usual, with the angle and with the runs."""
         faults = self.faults
-        if any(re.search("[.,]", reading.text) for reading in turns.readings):
-            compared.warn_of_rounded_turns(turns, faults)
+        compared.warn_of_rounded_turns(turns, faults)
         if "angle" in columns:
             compared.compare_turns_with_angle(turns, columns["angle"], faults)
         if turns.values[:1] == (1.0,) and "turns" not in self.choice.mapped:

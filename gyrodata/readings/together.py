@@ -291,7 +291,8 @@ def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
     """Return a column of all logs; blank cells for a log without it."""
     columns = []
     for _, log in files:
-        blank = _blank_column(role, len(log.runs))
+        count = len(log.runs)
+        blank = _blank_column(role, count)
         columns.append(log.columns.get(role, blank))
     spots: list[int] = []
     for number, column in enumerate(columns):

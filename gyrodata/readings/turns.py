@@ -8,21 +8,22 @@ from fractions import Fraction
 from functools import lru_cache
 
 from gyrodata.quantities import units, vocabulary
+from gyrodata.quantities.numerals import has_digit
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import (
     MAX_HEADER,
     NAMES,
     PRECESSION,
     TOKENS,
+    Phrases,
     fold_name,
     word_set,
 )
 
-_NUMBER_OF = (
-    r"(?i)(?<!\w)(?:number "
-    r"of|nombre|numero|anzahl|número|aantal|antal|liczb\w|počet|cantidad|quantidade)"
-)
-_NOT_COUNTED = rf"{_NUMBER_OF}(?:\s+[^\W\d]+){{1,3}}\s*$"
+_NUMBER_OF = {
+    *("number", "nombre", "numero", "anzahl", "aantal", "antal", "liczba", "pocet"),
+    *("cantidad", "quantidade"),
+}
 AND, _FILLERS, _PARTS = (
     tuple(vocabulary.single_words(key)) for key in ("and", "filler", "part")
 )
@@ -42,24 +43,19 @@ SIGNS = f"(?<!第)(?:{SIGNS})"
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
 """Stands for a word for a turn, or for its beginning: a letter that no log contains."""
-_ONE_TURN, DIVIDED = map(vocabulary.pattern, ("one_turn", "divided"))
-_FULL_TURN = rf"{MARK}\w*\s+{vocabulary.pattern('full')}"
-"""In "vuelta completa"."""
+_ONE_TURN, DIVIDED, _FULL = map(Phrases, ("one_turn", "divided", "full"))
+"""Phrases such as "Vollkreis", "divided by", and the second word of "vuelta completa".
+"""
 _PARTS_OF_ONE = {
     word: f"1{number}"[-3:]
     for word, number in NUMBERS.items()
     if "/" in number and len(word) > 2
 }
-_JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={MARK})"
-"""Joined words such as "Vierteldrehung"."""
 _ONES = "|".join([*_FILLERS, *vocabulary.single_words("1")])
-_AND_A_HALF = (
-    rf"(?i){MARK}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
-    rf"|mezz[ao]|meia)\b"
-)
 _COUNTED = (
     r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})[\s-]*"
-    rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{MARK}(?!\w*/\w)"
+    rf"(?:(?:{_ONES}|d'|{PRECESSION.pattern}[^\W\d_]*\.?)\s*){{0,3}}"
+    rf"{MARK}(?!\w*/\w)"
 )
 _MIXED = (
     rf"(?i)(?:^|\(|([^\W\d]{{1,20}})[\s_]{{1,20}})([1-9][0-9]?)\s+([1-9]/[2-9])\s*"
@@ -67,13 +63,21 @@ _MIXED = (
 )
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
-_SIGNS_OF_TURNS = (TURN, _ANGLE, _ONE_TURN)
-"""What a text contains that states turns."""
 
 
 def mark_turns(text: str) -> str:
     """Write `MARK` for each word for a turn, so that other patterns are short."""
     return re.sub(TURN, MARK, text)
+
+
+def names_turns(text: str) -> bool:
+    """Return whether a text contains a word for a turn."""
+    return MARK in mark_turns(text)
+
+
+def separate_signs(text: str) -> str:
+    """Return a text in small letters, with blanks around signs of numbers."""
+    return re.sub(SIGNS, r" \g<0> ", text.lower())
 
 
 @lru_cache(maxsize=4096)
@@ -88,10 +92,6 @@ def turns_in(text: str) -> str:
     marked = mark_turns(plain)
     number = ""
     if MARK in marked:
-        # "1/4 turn" for "Vierteldrehung"
-        marked = re.sub(
-            _JOINED, lambda word: f"{_PARTS_OF_ONE[word[1].lower()]} ", marked
-        )
         counted = _count_of_turns(marked)
         if counted is not None:
             return counted
@@ -101,23 +101,20 @@ def turns_in(text: str) -> str:
 
 
 def _states_no_turns(text: str) -> bool:
-    """Return whether a text is a number, a unit or a name: most texts are.
-
-    The patterns of turns take 20 ms to compile.
-    """
+    """Return whether a text is a number, a unit or a name: most texts are."""
     if text.isalpha() and (kinds_of(text) or text.lower() in NAMES):
         return True  # "rpm", "revolutions"
-    if not re.search(r"[^\W\d_]|[°º˚]", text):
+    if not any(map(str.isalpha, text)) and _DEGREES.isdisjoint(text):
         return True  # "20.3"
-    return text.isascii() and not (
-        _may_contain_number(text)
-        and any(re.search(sign, text) for sign in _SIGNS_OF_TURNS)
-    )
+    return text.isascii() and not _may_contain_number(text)
+
+
+_DEGREES = frozenset("°˚")
 
 
 def _may_contain_number(text: str) -> bool:
     """Return whether an English text may contain a number, in digits or in words."""
-    if re.search("[0-9]", text):
+    if has_digit(text):
         return True
     small = text.lower()
     is_word = not NUMBERS.keys().isdisjoint(TOKENS.split(small))
@@ -128,8 +125,13 @@ def _may_contain_number(text: str) -> bool:
 
 def _one_turn(plain: str, marked: str) -> str:
     """Return "1" for "full turn" in one word or in another order; else ""."""
-    is_full = MARK in marked and re.search(_FULL_TURN, marked)
-    return "1" if is_full or re.search(_ONE_TURN, plain) else ""
+    is_full = any(_FULL.is_in(" ".join(words[:2])) for words in _words_behind(marked))
+    return "1" if is_full or _ONE_TURN.is_in(plain) else ""
+
+
+def _words_behind(marked: str) -> list[list[str]]:
+    """Return the words behind each word for a turn."""
+    return [TOKENS.split(behind)[1:] for behind in marked.split(MARK)[1:]]
 
 
 def _in_plain_words(header: str) -> str:
@@ -150,10 +152,9 @@ def _count_of_turns(marked: str) -> str | None:
 
     It is "" if the number cannot be read, and None if there is none.
     """
-    if re.search(_AND_A_HALF, marked):
+    if any(map(_begins_with_half, _words_behind(marked))):
         return ""  # nothing here reads a number from "1 tour et demi"
-    has_number = re.search(rf"[0-9]\s*(?:\w{{1,30}}+\s+)?{MARK}", marked)
-    if has_number and re.search(DIVIDED, marked):
+    if has_digit(marked) and DIVIDED.is_in(marked):
         return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, marked):
         # "Time 1 1/3 turn" may be the first of several.
@@ -167,14 +168,22 @@ def _count_of_turns(marked: str) -> str | None:
     return counted[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
 
 
+def _begins_with_half(words: list[str]) -> bool:
+    """Return whether some words begin with "and a half"."""
+    names = map(fold_name, words[1:3])
+    return "".join(words[:1]) in AND and "1/2" in map(NUMBERS.get, names)
+
+
 def _part_in_degrees(plain: str) -> str:
     """Return the part of a turn that an angle in whole degrees is: 1/3; else ""."""
     match = re.search(_ANGLE, plain)
     if match is None or kinds_of(match[2]) != {"angle"}:
         return ""
-    if units.parse(match[2]).text != "deg":
+    unit = units.parse(match[2])
+    if unit.text != "deg":
         return ""
-    part = Fraction(int(match[1]), 360)
+    degrees = int(match[1])
+    part = Fraction(degrees, 360)
     if part.denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
     return ""
@@ -182,21 +191,35 @@ def _part_in_degrees(plain: str) -> str:
 
 def _number_of_turns(marked: str) -> str:
     """Return the number in words in front of a word for a turn; else ""."""
-    for turn in re.finditer(rf"{MARK}(?!\w*/\w)", marked):
-        before = marked[: turn.start()]
-        # "back at screw 1 (one turn)"
-        number = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
-        if number and not (number == "1" and re.search(_NOT_COUNTED, before)):
+    before, *parts = marked.split(MARK)
+    for behind in parts:
+        end, slash, unit = behind.partition("/")
+        is_rate = slash and unit[:1].isalpha() and (not end or end.isalpha())
+        number = "" if is_rate else _number_before_turn(before)
+        if number:
             return number
+        before = f"{before}{MARK}{behind}"
     return ""
+
+
+def _number_before_turn(before: str) -> str:
+    """Return the number that the words before a word for a turn say; else ""."""
+    words = [fold_name(word) for word in TOKENS.split(before) if word]
+    is_joined = before[-1:].isalpha() and words[-1] in _PARTS_OF_ONE
+    if is_joined and not has_digit("".join(words[-2:-1])):
+        return _PARTS_OF_ONE[words[-1]]  # "Vierteldrehung"
+    # "back at screw 1 (one turn)"
+    number = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
+    is_name = number == "1" and not _NUMBER_OF.isdisjoint(words[-4:])
+    return "" if is_name else number  # "number of full turns"
 
 
 def is_of_turns(word: str) -> bool:
     """Return whether a word belongs to a count of turns: "full", "third", "turn"."""
     word = word.lower()
-    if word in _FILLERS or word in NUMBERS or re.search(TURN, word):
+    if word in _FILLERS or word in NUMBERS or names_turns(word):
         return True
-    return bool(re.search(_ONE_TURN, word) or re.search(PRECESSION, word))
+    return _ONE_TURN.is_in(word) or PRECESSION.is_in(word)
 
 
 def words_of_turns(text: str, whole: bool = False) -> str:
@@ -229,13 +252,11 @@ def _total(count: str, part: str, is_sum: bool) -> str:
 
 def _number_words(text: str) -> list[str]:
     """Return the words of a number, without small words in it and behind it."""
-    spaced = re.sub(SIGNS, r" \g<0> ", text.lower())
     words = []
-    for word in TOKENS.split(spaced):
+    for word in TOKENS.split(separate_signs(text)):
         is_small = word in ("", *_FILLERS)
-        if not is_small and not re.fullmatch(PRECESSION, word):
-            has_digit = re.search("[0-9]", word)
-            words.append(word if has_digit else fold_name(word))
+        if not is_small and not PRECESSION.is_in(word):
+            words.append(word if has_digit(word) else fold_name(word))
     if len(words) < 2:
         return words
     before, last = words[-2:]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import re
 from operator import attrgetter
 
 from msgspec.structs import replace
 
 from gyrodata.quantities import units
+from gyrodata.quantities.numerals import has_digit
 from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.grid import is_bare
@@ -23,7 +23,6 @@ from gyrodata.readings.lablog import Faults
 from gyrodata.readings.layout import Choice, Chosen, hinted
 from gyrodata.readings.names import (
     DISC_WORDS,
-    INDEX,
     NAMES,
     NOT_THE_WEIGHT,
     PRECESSION,
@@ -37,6 +36,7 @@ from gyrodata.readings.names import (
     Phrases,
     fold_name,
     name_roles,
+    numbered,
     squeezed_words,
 )
 from gyrodata.readings.notes import altered_role
@@ -46,13 +46,8 @@ from gyrodata.readings.unusual_headers import split_unit, unusual_header
 _OTHER_THINGS = NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS
 _OF_TILT = Phrases("tilted")
 """Words for an angle that the rod does not sweep."""
-_LEVEL = r"90(?:\.0*)?"
+_LEVEL = ("90", "90.", "90.0", "90.00")
 """Angle of a level rod from the vertical [deg]."""
-_NUMBERED = r"[^\[^]*[0-9]|[σε]\w"
-"""The name of a header such as "T/2 (s)", "Weight #1 (g)" or "σt (s)" says more than
-its unit."""
-
-
 OF_DIFFERENCES = ("δ", "∆", "±", "delta", "+/-")
 """Beginnings of the names of differences and of uncertainties, in small letters."""
 
@@ -75,19 +70,18 @@ def _unplaced(choice: Choice) -> list[Chosen]:
 
 # Uncertainties, by the column to their left
 
-_SIGN_OF_U = r"±|\+/-|\+-|[^\W\d]+"
 _SIGNS_OF_U = UNSURE_WORDS | set(map(fold_name, ("±", "+/-", "+-")))
 
 
 def _place_uncertainty(column: Chosen, choice: Choice) -> None:
     """Read "± (g)", "error (g)" and "dm (g)" next to "m (g)" as its uncertainty."""
-    match = re.match(_SIGN_OF_U, column.text)
+    sign, _, unit = column.text.replace("[", " [").replace("(", " (").partition(" ")
     for measured in map(choice.first, list(choice.used)):
-        if match is None or measured.at != column.at - 1:
+        if measured.at != column.at - 1:
             continue
         name = measured.header.name
-        if match[0] == f"d{name}" or fold_name(match[0]) in _SIGNS_OF_U:
-            header = parse_header(f"u {name}{column.text[match.end() :]}")
+        if sign == f"d{name}" or fold_name(sign) in _SIGNS_OF_U:
+            header = parse_header(f"u {name} {unit}")
             role = f"u_{measured.role}"
             if role in header.roles and header.kinds & measured.kinds:
                 choice.place(replace(column, header=header), role)
@@ -114,7 +108,7 @@ def _is_angle(column: Chosen) -> bool:
     """Return whether a column contains angles, and not those of a level rod."""
     if column.kinds != {"angle"} or _OF_TILT.is_in(column.header.text):
         return False
-    return not all(re.fullmatch(_LEVEL, text) for text in column.texts)
+    return not set(column.texts).issubset(_LEVEL)
 
 
 def _counts_turns(column: Chosen) -> bool:
@@ -184,7 +178,8 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
     """Return whether the name of a column says nothing that its unit does not say."""
     if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
         return False
-    words = squeezed_words(column.header.name)
+    name = column.header.name
+    words = squeezed_words(name)
     if role == "spin":
         words = {word for word in words if not SPINNING.is_in(word)}
     if role == "position" and words & SCALE_WORDS:
@@ -196,13 +191,15 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
 
 def _names_a_part(role: str, header: str) -> bool:
     """Return whether a header says a part or another thing than a role."""
-    if role == "spin" and re.search(PRECESSION, header):
+    if role == "spin" and PRECESSION.is_in(header):
         return True
     # "mass of one weight", "mass without hanger"
     is_part = _OF_ONE.is_in(header) or altered_role(header) == "mass"
     if role == "mass" and is_part:
         return True
-    return re.match(_NUMBERED, header) is not None
+    # The name of "T/2 (s)", "Weight #1 (g)" or "σt (s)" says more than its unit.
+    name, _, _ = header.partition("[")
+    return has_digit(name.partition("^")[0]) or header[:1] in ("σ", "ε")
 
 
 def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
@@ -244,13 +241,13 @@ def _differ_together(counts: tuple[str, ...], masses: tuple[str, ...]) -> bool:
 
 def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
-    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
+    name = split_unit(header)[0].replace("[", "(").partition("(")[0].strip()
     key = fold_name(name)
     close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
     if close and len(key) > 2:
         return NAMES[close[0]][0]
-    match = re.fullmatch(INDEX, name)  # "T_P_1"
-    roles = name_roles(match[1])[0] if match else hinted(unusual_header(header))
+    stem, number = numbered(name)  # "T_P_1"
+    roles = name_roles(stem)[0] if number else hinted(unusual_header(header))
     return min(roles, default="")
 
 

@@ -10,8 +10,6 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Literal, NamedTuple
 
-from msgspec.structs import replace
-
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import (
@@ -36,7 +34,7 @@ from gyrodata.readings.names import (
     squeeze,
 )
 from gyrodata.readings.turns import (
-    TURN,
+    names_turns,
     turns_in,
     words_of_turns,
 )
@@ -46,9 +44,6 @@ _SPREAD = (
     r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*"
     r"([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 )
-_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
-_CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
-"""A unit such as "mm:ss.cc"."""
 
 
 def unusual_header(text: str) -> Header:
@@ -57,9 +52,6 @@ def unusual_header(text: str) -> Header:
     name, unit = split_unit(typed)
     unit = _meant_unit(unit, spread)
     roles, number = _roles_in(name, unit)
-    words = re.sub(_CAMEL_CASE, "_", text)
-    if not roles and words != text:
-        return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles = ()  # worked out, not measured
         number = None
@@ -71,9 +63,20 @@ def _meant_unit(unit: str | None, spread: str) -> str | None:
     unit_of_spread = spread.partition(" ")[2]
     if unit is None and kinds_of(unit_of_spread):
         return unit_of_spread
-    if unit and re.fullmatch(_CLOCK_FORM, unit):
+    if unit and _is_form_of_clock(unit):
         return "s"  # its cells say themselves how they are written
     return unit
+
+
+def _is_form_of_clock(unit: str) -> bool:
+    """Return whether a unit says how times are written, such as "mm:ss.cc"."""
+    first, _, others = unit.partition(":")
+    letters = f"{first}{others}".translate(_SIGNS_OF_CLOCK)
+    is_form = first != "" and others != ""
+    return is_form and letters.isascii() and letters.isalpha()
+
+
+_SIGNS_OF_CLOCK = {ord(sign): None for sign in ".:0"}
 
 
 def _take_spread(text: str) -> tuple[str, str]:
@@ -100,12 +103,10 @@ class _Split(NamedTuple):
 
 
 _BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
-IN = "in|en|em|w|в"
+IN = ("in", "en", "em", "w", "в")
 """Words between a quantity and its unit."""
-_WORD = rf"(?<!\s)\s+(?:{IN}|/)\s+"
+_WORD = rf"(?<!\s)\s+(?:{'|'.join(IN)}|/)\s+"
 _BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
-_SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
-_LETTER = r"[^\W\d_]|[°%]"
 
 
 def split_unit(text: str) -> tuple[str, str | None]:
@@ -144,9 +145,11 @@ def _splits(text: str) -> Iterator[_Split]:
     pairs = [(text[: blank.start()], text[blank.end() :]) for blank in blanks]
     for first, last in pairs:
         yield _Split(first, last, "")
-    if quotient := re.fullmatch(_SNAKE_CASE, text):
-        name, above, below = quotient.groups()
-        yield _Split(name, f"{above}/{below}", "")
+    bare = text.replace("_per_", "_")
+    words = bare.split("_")
+    if len(words) > 2 and text.isascii():
+        name = "_".join(words[:-2])
+        yield _Split(name, "/".join(words[-2:]), "")  # "spin_rev_per_s"
     yield from _splits_at_signs("/", text)
     for first, last in pairs:
         yield _Split(last, first, "")
@@ -177,24 +180,23 @@ def _splits_at_brackets(text: str) -> Iterator[_Split]:
 
 
 def _is_unit(text: str) -> bool:
-    if not re.search(_LETTER, text):
+    if not any(map(str.isalpha, text)) and _OTHER_UNITS.isdisjoint(text):
         return False
-    if text == "%" or kinds_of(text):
-        return True
-    return re.fullmatch(_CLOCK_FORM, text) is not None
+    return text == "%" or bool(kinds_of(text)) or _is_form_of_clock(text)
+
+
+_OTHER_UNITS = frozenset("°%")
 
 
 def _fits(split: _Split) -> bool:
     """Return whether a quantity of this name can have the unit."""
     if not split.mark and kinds_of(split.unit) == OF_TURNS:
         return False  # "fraction of turn"
-    if split.mark != "bracket" and re.search(_NUMBER_AT_END, split.name):
+    last_word = split.name.rpartition(" ")[2]
+    if split.mark != "bracket" and last_word and not last_word.strip("0123456789.,/"):
         return False  # "7 min"
     roles, _ = _roles_in(split.name, split.unit)
     return any(measures(split.unit, role) for role in roles)
-
-
-_NUMBER_AT_END = r"(?:^|\s)[0-9.,/]+$"
 
 
 def _is_set_apart(split: _Split) -> bool:
@@ -212,23 +214,22 @@ def _is_set_apart(split: _Split) -> bool:
 
 
 _KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
-_AT_END = r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
 
 
 def _unknown_unit(text: str) -> _Split | None:
     """Split off a text at the place of a unit that is none; None if there is none."""
-    match = re.fullmatch(_AT_END, text)
-    if match is None or len(text) > MAX_HEADER:
+    if len(text) > MAX_HEADER:
         return None
-    name = match[1]
-    square = match[2]
-    unit = next(filter(None, match.groups()[1:]), "").strip()
-    is_remark = contains_word(unit, SMALL_WORDS) or re.search(TURN, unit)
+    start = {"]": "[", ")": "("}.get(text[-1:], ",")
+    before, _, behind = text.rpartition(start)
+    name = before.strip()
+    unit = behind.strip("]) ")
+    is_remark = contains_word(unit, SMALL_WORDS) or names_turns(unit)
     # "Turns (thirds)" counts thirds.
     is_count = turns_in(unit) or words_of_turns(unit, whole=True)
-    if not unit or is_remark or is_count:
+    if not name or not unit or is_remark or is_count:
         return None
-    is_known = square is not None or name_roles(name)[0]
+    is_known = start == "[" or name_roles(name)[0]
     if not is_known:
         return None
     return _Split(name, unit, "bracket")
@@ -307,21 +308,35 @@ def _says_only_when(name: str) -> bool:
     return is_of_the_spin(name) or words <= SMALL_WORDS
 
 
-_ORDINAL = (
-    r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)"
-    r"(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
+_BEFORE_NUMBERS = frozenset(["", "#", "№", "第", "n", "no", "nr", "n°", "no.", "nr."])
+_BEHIND_NUMBERS = frozenset(
+    ["", "st", "nd", "rd", "th", "er", "re", "ème", "e", "ª", "º", ".", ")", "回", "次"]
 )
+"""Signs of an ordinal number: "#2", "2nd"."""
 
 
 def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
     """Read "Trial 2" and "2nd measurement" above times: the time, and the number."""
-    numbers = []
-    for word in filter(None, TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name))):
-        ordinal = re.fullmatch(_ORDINAL, word.lower())
-        if ordinal:
-            numbers.append(int(ordinal[1]))
-        elif fold_name(word) not in TRIAL_WORDS and "time" not in name_roles(word)[0]:
-            return (), None
-    if len(numbers) == 1:
-        return (("time",), numbers[0])
-    return ((), None)
+    words = [word for word in TOKENS.split(name) if word]
+    numbers = {word: _ordinal(word) for word in words}
+    others = [word for word in words if numbers[word] is None]
+    if len(words) - len(others) == 1 and all(map(_names_trial, others)):
+        [number] = filter(None, numbers.values())
+        return ("time",), number
+    return (), None
+
+
+def _ordinal(word: str) -> int | None:
+    """Return the number in "2", "#2", "2nd" and "Trial2"."""
+    digits = "".join(filter(str.isdecimal, word))
+    before, _, behind = word.partition(digits or " ")
+    name = before.lower()
+    is_ordinal = name in _BEFORE_NUMBERS and behind.lower() in _BEHIND_NUMBERS
+    is_number = is_ordinal or (behind == "" and _names_trial(before))
+    is_small = digits[:1] > "0" and len(digits) <= 2
+    return int(digits) if is_number and is_small else None
+
+
+def _names_trial(word: str) -> bool:
+    """Return whether a word means a time, or a repeat of one."""
+    return fold_name(word) in TRIAL_WORDS or "time" in name_roles(word)[0]

@@ -311,7 +311,7 @@ def _shows_nothing(cell: Any) -> bool:
     sections = signs.split(";")
     section = 3 if isinstance(cell.value, str) else 0
     shown = sections[section] if section < len(sections) else "@"
-    if not re.search(r"[\w#?@]", shown):
+    if not any(sign.isalnum() or sign in "_#?@" for sign in shown):
         return True
     is_tiny = (cell.font.sz or 11) <= _SMALLEST_LETTERS
     return is_tiny or (cell.fill.fill_type is None and _is_white(cell.font.color))

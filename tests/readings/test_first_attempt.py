@@ -190,8 +190,6 @@ FORMS = {
         rows=[[*row[:4], "120"] for row in THIRDS], head=[*HEAD[:4], "Bogen (°)"]
     ),
     "what holds for all tables above the first": f"x = {ARM} cm\none turn\n" + TITLED,
-    "a decimal comma in a line above": "x = 14,8 cm\n"
-    + table(rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]]),
     "± beside each column": table(
         rows=[[a, "0.1", b, "0.1", c, "2", d, "0.2", "1"] for a, b, c, d, _ in ROWS],
         head=[HEAD[0], "±", HEAD[1], "±", HEAD[2], "±", HEAD[3], "±", "turns"],
@@ -256,9 +254,6 @@ FORMS = {
         ],
         head=[*HEAD[:3], "Time for 1 turn (m:ss.s)"],
     ),
-    "capital letters": table(
-        head=["massGrams", "distCm", "spinRPM", "timeSec", "nRevs"]
-    ),
     "ten turns of the disk in the header": table(
         rows=[
             [
@@ -315,7 +310,9 @@ FORMS = {
         head=[*HEAD[:2], "RPM ball", "secs", "# rotations"]
     ),
     "quotes for seconds": table(
-        rows=[[*row[:3], row[3].replace(".", '"'), row[4]] for row in ROWS],
+        rows=[
+            [*row[:3], "0'" + row[3].replace(".", '"').zfill(5), row[4]] for row in ROWS
+        ],
         head=[*HEAD[:3], "time", "turns"],
     ).replace('""', '"'),
     "unknown units below the names": "mass,position,spin,T,Ωω\n"

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
+from gyrodata.quantities.numerals import has_digit
 from gyrodata.readings.grid import HEADERS_LOOKED_AT, Grid, Row, filled_at, has_numbers
 from gyrodata.readings.names import squeeze
 
@@ -30,7 +31,8 @@ def to_rows(grid: Grid) -> Grid:
     rows = [row for row in words if _is_title(row, starts[0])]
     words = [row for row in words if row not in rows]
     for start, end in pairwise([*starts, len(head.texts)]):
-        names = _cut(head, range(start, end))
+        places = range(start, end)
+        names = _cut(head, places)
         rows += _words_of(words, start, end)
         rows.append(replace(names, texts=list(map(_without_number, names.texts))))
         rows += _filled(of_tables, start, end)
@@ -78,12 +80,13 @@ def _is_title(row: Row, start: int) -> bool:
 def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
     """Yield the words above one table."""
     for row in rows:
-        cut = _cut(row, range(start, end))
+        places = range(start, end)
+        cut = _cut(row, places)
         if not any(cut.texts):
             continue
         # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
         label = row.texts[0]
-        if start and label and not re.search(r"[\d=]", label):
+        if start and label and not has_digit(label) and "=" not in label:
             at = filled_at(cut)[0]
             cut.texts[at] = f"{label} {cut.texts[at]}"
         yield cut
@@ -91,6 +94,7 @@ def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
 
 def _cut(row: Row, places: range) -> Row:
     first = places[0]
-    filled = set(places).intersection(filled_at(row))
+    there = filled_at(row)
+    filled = set(places).intersection(there)
     last = max(filled, default=first)
     return row.cells(range(first, last + 1))

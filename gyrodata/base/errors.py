@@ -6,7 +6,6 @@ reads the messages.
 
 from __future__ import annotations
 
-import re
 import unicodedata
 from collections.abc import Collection, Iterable
 from types import UnionType
@@ -148,7 +147,7 @@ def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
 
     A tab becomes one blank, so that the mark is below its place.
     """
-    text = re.sub(r"[\t\r\n\v\f]", " ", excerpt)
+    text = excerpt.translate(dict.fromkeys(map(ord, "\t\r\n\v\f"), " "))
     start = 0 if position < width - 16 else position - width // 2
     end = start + width
     cut = text[start:end]

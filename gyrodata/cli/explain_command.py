@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from pathlib import Path
 from textwrap import fill, indent
@@ -80,7 +79,8 @@ def _glossary() -> dict[str, str]:
 
 def _folded(name: str) -> str:
     """Return a name in small letters, with one "_" for blanks and hyphens."""
-    return re.sub(r"[\s_-]+", "_", name.strip().lower().removesuffix(".md"))
+    words = name.strip().lower().removesuffix(".md")
+    return "_".join(words.replace("-", " ").replace("_", " ").split())
 
 
 def _text_about(asked: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import re
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +85,6 @@ def _workbook(text: str) -> bytes:
 def _set_format(cell: Any, header: str) -> None:
     """Show a number with the digits of its column; what is typed as well."""
     cell.number_format = _CELL_FORMATS.get(header, "General")
-    is_number = re.fullmatch(r"\d+(\.\d+)?", str(cell.value))
-    if is_number and cell.number_format.startswith("0"):
+    digits = str(cell.value).replace(".", "", 1)
+    if digits.isdecimal() and cell.number_format.startswith("0"):
         cell.value = float(cell.value)

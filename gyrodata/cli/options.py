@@ -167,7 +167,7 @@ def with_units(items: str) -> list[str]:
     """
     unit = ""
     complete = []
-    for item in reversed(re.split("[,;]", items)):
+    for item in reversed(items.replace(";", ",").split(",")):
         number = re.sub(r"[^\d.]*$", "", item.strip())
         unit = item.strip()[len(number) :].strip() or unit
         complete.append(f"{number} {unit}".strip())

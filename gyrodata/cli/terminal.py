@@ -27,6 +27,10 @@ FAULT = 3
 """Exit code of a fault of gyro itself."""
 
 
+_DASHES = ("–", "—")
+"""What a word processor writes for two minus signs."""
+
+
 class Command(TyperCommand):
     """A command whose values are texts in most runs.
 
@@ -100,7 +104,7 @@ class Door(TyperGroup):
         """
         if "" in args:
             refuse("empty_word")
-        args = [re.sub("^[–—]", "--", word) for word in args]
+        args = [f"--{word[1:]}" if word[:1] in _DASHES else word for word in args]
         return super().parse_args(ctx, args or ["--help"])
 
 
@@ -118,7 +122,8 @@ def explained(error: Exception, log: str = "") -> tuple[Sequence[Diagnostic], in
 def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
     """Write an error of the command line in the form of all others."""
     message = " ".join(error.format_message().split())
-    message = re.sub(r"(?i)value error, | \(possible options: .*", "", message)
+    message, _, _ = message.partition(" (Possible options: ")
+    message = message.replace("Value error, ", "")
     message = (message[:1].lower() + message[1:]).rstrip(".")
     files = [word for word in typed if word.startswith("-") and Path(word).is_file()]
     if files:

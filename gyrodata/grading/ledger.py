@@ -614,7 +614,8 @@ def in_general(why: str) -> str:
     """
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
-    why = re.sub(r"^the file [^:]*: ", "", why)
+    if why.startswith("the file "):
+        why = why.partition(": ")[2] or why
     without_numbers = re.sub(r"\b\d[\d.e+-]*", "…", why)
     first = re.split(r"[,;:(]", without_numbers, maxsplit=1)[0]
     return first.strip()

@@ -178,7 +178,8 @@ class _Filling(Struct):
         if is_worksheet and read_number(before) == points:
             self.skip(grade, f"has {before} in Moodle already: Moodle skips the grade")
         else:
-            mark = "," if re.search(r",\d+$", self.layout.most) else "."
+            _, comma, decimals = self.layout.most.rpartition(",")
+            mark = "," if comma and decimals.isdecimal() else "."
             text = two_decimals(points).replace(".", mark)
             self._set(grade, row, self.layout.grade, text)
         if self.layout.comment is not None:
@@ -302,9 +303,8 @@ def _ids_of_rows(
 
 def _insist_on_open(sheet: Sheet, grade: int, most: str) -> None:
     """Raise an error if Canvas does not take grades in a column."""
-    locked = re.search("(?i)read.only", most)
-    if locked is not None:
-        values = {"column": sheet.head[grade], "why": locked[0]}
+    if "read only" in most.lower().replace("-", " ").replace("_", " "):
+        values = {"column": sheet.head[grade], "why": "read only"}
         raise InputError.named(
             "gradebook_column_locked", sheet.name, name=sheet.name, **values
         )
@@ -425,8 +425,8 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         if not text.strip() or "\x00" in text:
             raise ValueError("is no text" if text.strip() else "is empty")
         first = "\n".join(text[:100_000].splitlines()[:3])
-        head = re.sub(r'"[^"]*"', "", first)
-        delimiter = max(",;\t", key=head.count)
+        unquoted = "".join(first.split('"')[::2])
+        delimiter = max(",;\t", key=unquoted.count)
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except (ValueError, csv.Error) as error:
         raise InputError.named(

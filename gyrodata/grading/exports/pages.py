@@ -91,7 +91,8 @@ def sentence(text: object) -> str:
     line = shown(text)
     line = line.rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
-    if re.match("[a-z]{2}", line):
+    start = line[:2]
+    if len(start) == 2 and start.isascii() and start.isalpha() and start.islower():
         line = line[:1].upper() + line[1:]
     if not line or line.endswith(("?", "!")):
         return line

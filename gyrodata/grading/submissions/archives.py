@@ -270,7 +270,7 @@ def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
     name = name.replace("\\", "/")
     reasons = {
         'leads out of its folder with ".."': ".." in name.split("/"),
-        "is an absolute path": re.match(r"/|[A-Za-z]:", name),
+        "is an absolute path": name.startswith("/") or name[1:2] == ":",
         "is a link": stat.S_ISLNK(info.external_attr >> 16),
         "contains a NUL": "\x00" in name,
     }

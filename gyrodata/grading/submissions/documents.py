@@ -250,8 +250,8 @@ def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
         if not hidden.get("outputs_hidden"):
             printed += [output.get("text", []) for output in cell.get("outputs", [])]
     # "hide-input", "remove-cell", "remove_output"
-    named = " ".join(map(str, tags))
-    doubt = re.search("(?i)hid|remove|exclu", named) is not None
+    names = " ".join(map(str, tags)).lower()
+    doubt = any(word in names for word in ("hid", "remove", "exclu"))
     outputs = ["".join(["\n", *text]) for text in printed]
     return "\n".join([*sources, *outputs]), doubt
 

@@ -64,7 +64,8 @@ def may_be_unseen(text: str, styles: str = "") -> bool:
 
     `styles`: The style sheets and the styles of elements of a page.
     """
-    styles = re.sub(r"\s|!important", "", _IN_PRINT.sub("", styles.lower()))
+    on_screen = _IN_PRINT.sub("", styles.lower())
+    styles = "".join(on_screen.split()).replace("!important", "")
     if _HIDES.search(styles) or _MAY_HIDE.search(styles):
         return True
     letters = "".join(text.lower().split())

@@ -53,7 +53,7 @@ def test_any_log_has_an_answer_that_can_be_believed_or_words() -> None:
 
 
 def test_clean_log_of_any_length_and_order_contains_the_truth() -> None:
-    assert {tried(try_clean, seed, "clean") for seed in seeds(4)} == {"answered"}
+    assert {tried(try_clean, seed, "clean") for seed in seeds(3)} == {"answered"}
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)

@@ -1,7 +1,14 @@
-"""Which tests are slow: all in `acceptance`, and those elsewhere with the mark `slow`."""
+"""Which tests are slow: all in `acceptance`, and those elsewhere with the mark `slow`.
+
+All tests together hold so many objects that looking for garbage among them takes longer
+than a short test: what is there before the tests of a module is not looked at again.
+"""
 
 from __future__ import annotations
 
+import gc
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,6 +20,34 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     if config.option.markexpr == "not slow" and collection_path == ACCEPTANCE:
         return True
     return None
+
+
+# As gyro does at its start: threads for small matrices wait for each other.
+for library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Collect without a search for garbage: nearly all of it stays."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
+def pytest_runtest_logstart(nodeid: str) -> None:
+    """Freeze what is left before the first test of each module."""
+    module = nodeid.partition("::")[0]
+    if module not in SEEN:
+        SEEN.add(module)
+        gc.collect()
+        gc.freeze()
+
+
+SEEN: set[str] = set()
+"""The modules of which a test was begun in this process."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

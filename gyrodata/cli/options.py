@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from msgspec import Struct
 
+from gyrodata.base.diagnostics import UNIT_MISSING
 from gyrodata.cli.terminal import Log, named_logs, refuse, source_of, tell
 
 if TYPE_CHECKING:
@@ -226,12 +227,15 @@ def quantity(option: str, text: str, kind: str, bound: str = "") -> float:
         If there is no such number, or no laboratory has such a value.
     """
     from gyrodata.quantities.notation import parse_quantity
-    from gyrodata.quantities.units import LIMITS, SI, UnitError
+    from gyrodata.quantities.units import DISPLAY, LIMITS, SI, UnitError
 
     try:
         value = parse_quantity(text, kind)
     except UnitError as error:
-        refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
+        hint = error.hint
+        if error.code == UNIT_MISSING:
+            hint = f'write {option} "{text.strip()} {DISPLAY[kind]}"; or {hint}'
+        refuse("option_not_a_quantity", option=option, error=error, hint=hint)
     shown = f'{option} "{text.strip()[:40]}"'
     low, high = LIMITS[kind]
     size = abs(value)

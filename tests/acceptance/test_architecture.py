@@ -57,18 +57,30 @@ def dotted(path: Path) -> str:
 MODULES = {dotted(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
-def imports(path: Path, types: bool = True) -> set[str]:
-    """Modules that a file imports, also by `import_module`, and for types if wanted."""
+IMPORTING = ast.Import | ast.ImportFrom | ast.Call
+
+
+@functools.cache
+def nodes_of(path: Path) -> list[tuple[ast.AST, bool]]:
+    """List what may import in a file, and whether it is only done for types."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = [*ast.walk(tree)]
     guarded = [
         node
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
     ]
     types_only = {id(inner) for outer in guarded for inner in ast.walk(outer)}
+    return [
+        (node, id(node) in types_only) for node in nodes if isinstance(node, IMPORTING)
+    ]
+
+
+def imports(path: Path, types: bool = True) -> set[str]:
+    """Modules that a file imports, also by `import_module`, and for types if wanted."""
     modules: set[str] = set()
-    for node in ast.walk(tree):
-        if id(node) in types_only and not types:
+    for node, is_for_types in nodes_of(path):
+        if is_for_types and not types:
             continue
         if isinstance(node, ast.Import):
             modules |= {alias.name for alias in node.names}

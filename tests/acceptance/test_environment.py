@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from forked import run_gyro
 from grading.classes import make_folder
 from grading.students_reports import a_log
 from msgspec.structs import replace
@@ -48,24 +49,30 @@ nonsense
 """
 
 
-def drawn(home: Path, **environment: str) -> dict[str, bytes]:
-    """Analyse a log and grade a class in a process of its own; return I_zz, and what is
-    drawn.
+def drawn(home: Path, in_fork: bool = False, **environment: str) -> dict[str, bytes]:
+    """Analyse a log and grade a class in new processes, or in forks of this one; return
+    I_zz, and what is drawn.
     """
     for name in ("log-report", "class-grades"):
         shutil.rmtree(home / name, ignore_errors=True)
     make_folder(home / "class", {"ann.csv": SAMPLE.read_bytes()})
-    gyro = [sys.executable, "-m", "gyrodata"]
-    known = {
-        "cwd": home,
-        "env": {**os.environ, **environment},
-        "capture_output": True,
-        "check": False,
-    }
-    done = subprocess.run([*gyro, "analyze", SAMPLE, "--out", "log-report"], **known)  # type: ignore[call-overload]
+
+    def gyro(*words: str) -> subprocess.CompletedProcess[str]:
+        if in_fork:
+            return run_gyro([*words], home)
+        return subprocess.run(
+            [sys.executable, "-m", "gyrodata", *words],
+            cwd=home,
+            env={**os.environ, **environment},
+            capture_output=True,
+            encoding="utf-8",
+            check=False,
+        )
+
+    done = gyro("analyze", str(SAMPLE), "--out", "log-report")
     assert done.returncode == 0, done.stderr
-    graded = subprocess.run([*gyro, "grade", "class", "--exit-zero"], **known)  # type: ignore[call-overload]
-    assert (graded.returncode, b"the tool broke" in graded.stdout) == (0, False), (
+    graded = gyro("grade", "class", "--exit-zero")
+    assert (graded.returncode, "the tool broke" in graded.stdout) == (0, False), (
         graded.stderr
     )
     files = {
@@ -76,13 +83,14 @@ def drawn(home: Path, **environment: str) -> dict[str, bytes]:
         path.name: path.read_bytes()
         for path in (home / "class-grades" / "feedback").rglob("*.html")
     }
-    return {"answer": re.findall(rb"I_zz = .*", done.stdout)[0], **files, **pages}
+    answer = re.findall(r"I_zz = .*", done.stdout)[0].encode()
+    return {"answer": answer, **files, **pages}
 
 
 def test_no_matplotlibrc_and_no_backend_changes_an_answer_or_a_figure(
     tmp_path: Path,
 ) -> None:
-    usual = drawn(tmp_path)
+    usual = drawn(tmp_path, in_fork=True)
     assert [name.endswith(".svg") for name in usual].count(True) == 4
     (tmp_path / "matplotlibrc").write_bytes(RC)
     assert drawn(tmp_path, MPLBACKEND="nonsense") == usual

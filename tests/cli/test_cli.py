@@ -7,11 +7,12 @@ import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import openpyxl
 import pytest
+from analyzed_once import analyzed_once
 from forked import run_gyro
 from places import ROOT
 from typer.testing import CliRunner, Result
@@ -33,6 +34,13 @@ FILES = {
 }
 
 
+@pytest.fixture(scope="module", autouse=True)
+def analyses_are_kept() -> Iterator[None]:
+    """Most commands here show the analysis of one log."""
+    with analyzed_once():
+        yield
+
+
 def gyro(
     *words: str | Path, folder: Path, stdin: bytes = b""
 ) -> subprocess.CompletedProcess[bytes]:
@@ -48,8 +56,9 @@ def test_the_report_is_written_beside_you(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert {p.name for p in (tmp_path / "air_gyroscope-report").iterdir()} == FILES
     assert "report: air_gyroscope-report" in done.stderr.decode()
-    again = gyro("analyze", SAMPLE, "--out", "second", folder=tmp_path)
-    assert again.stdout == done.stdout
+    words = ["analyze", str(SAMPLE), "--out", str(tmp_path / "second")]
+    again = CliRunner().invoke(app, words)
+    assert again.stdout == done.stdout.decode()
     for name in FILES:
         first, second = (
             (tmp_path / d / name).read_bytes()

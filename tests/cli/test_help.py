@@ -16,12 +16,20 @@ from typing import Any
 
 import pytest
 import typer
+from analyzed_once import analyzed_once
 from documents import ROOT
 from typer.testing import CliRunner
 
 from gyrodata.base.diagnostics import explanations
 from gyrodata.cli import app
 from gyrodata.cli.documentation import PAGES
+
+
+@pytest.fixture(scope="module", autouse=True)
+def analyses_are_kept() -> Iterator[None]:
+    """Most examples show the analysis of one log."""
+    with analyzed_once():
+        yield
 
 
 def commands(command: Any, name: str = "gyro") -> Iterator[tuple[str, Any]]:

@@ -18,7 +18,10 @@ from typer.testing import CliRunner
 
 from gyrodata.cli import app, schema
 
-LOGS = sorted((ROOT / "sample_data").glob("*.csv"))
+LOGS = [
+    ROOT / "sample_data" / f"{name}.csv"
+    for name in ("air_gyroscope", "heidelberg_ball")
+]
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 EDGES = {
     "one run": HEAD + "20.00,15.0,206,20.4,1\n",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from unicodedata import combining
 
 import pytest
+from analyzed_once import analyzed_once
 from places import SAMPLES
 from streams import on_terminal
 from typer.testing import CliRunner
@@ -16,6 +18,13 @@ from gyrodata.cli.documentation import for_terminal, page_text
 
 LONG = "a note about this run that nobody can read in one line of a small terminal"
 HEAD = "# ball_mass: 5.2 kg\n# ball_diameter: 101.6 mm\n"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def analyses_are_kept() -> Iterator[None]:
+    """Only how they are shown is tested."""
+    with analyzed_once():
+        yield
 
 
 @pytest.fixture

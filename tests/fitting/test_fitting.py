@@ -184,7 +184,7 @@ def test_few_exact_runs_give_the_truth_and_a_wide_u(
 def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
     random = np.random.default_rng(8)
     short = []
-    for _ in range(60):
+    for _ in range(30):
         with suppress(NoFit):
             short.append(
                 fit(
@@ -192,7 +192,7 @@ def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
                 ).inertia
             )
     # If the times are mostly error, some labs have no answer.
-    assert len(short) > 45
+    assert len(short) > 22
     assert all(
         0.2 * INERTIA < one.value < 3 * INERTIA and math.isfinite(one.u)
         for one in short
@@ -246,7 +246,7 @@ def test_clean_labs_have_no_odd_run() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("masses", [(20, 40, 60), (20, 60)], ids=str)
 def test_one_wrong_count_is_named_with_the_right_one(masses: tuple[int, ...]) -> None:
-    for wrong in range(3 * len(masses)):
+    for wrong in range(0, 3 * len(masses), 2):
         table = draw(Bench(masses=masses), wrong)
         table.turns[wrong] = "2"
         # A large M0 would make two good runs odd in its place.
@@ -301,7 +301,7 @@ def test_influence_is_what_leaving_the_run_out_does(lines: str, close: float) ->
 )
 def test_one_more_run_never_raises_the_mean_u(bench: Bench) -> None:
     ratios = []
-    for seed in range(12):
+    for seed in range(8):
         table = draw(bench, seed)
         after = analyze_briefly(write(table).encode()).inertia.u
         ratios.append(after / without(table, seed % len(table.mass)).inertia.u)

@@ -99,7 +99,7 @@ def fitted(log: str, *lines: str) -> FittedLog:
     return analyze_briefly("\n".join([*lines, log]).encode(), name="lab.csv")
 
 
-def half(found: Analysis) -> float:
+def half(found: FittedLog) -> float:
     low, high = found.inertia.interval_95
     return (high - low) / 2
 
@@ -113,7 +113,7 @@ def sources(found: Analysis) -> set[str]:
     return {share.source for share in found.budget}
 
 
-def finding(found: Analysis) -> str:
+def finding(found: FittedLog) -> str:
     return "".join(one.message for one in found.diagnostics if one.code == "G449")
 
 
@@ -158,14 +158,14 @@ def test_the_weight_that_differs_is_named() -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_weight_without_which_the_others_agree_is_named() -> None:
     named = 0
-    for seed, odd in product(range(4), range(4)):
+    for seed, odd in product(range(2), range(4)):
         masses = (15, 25, 40, 60)
         log = lab(seed, masses, off={odd: 0.15})
         said = re.search("without (.*) g at .* the others agree", finding(fitted(log)))
         if said:
             named += 1
             assert float(said[1]) == masses[odd]
-    assert named >= 4
+    assert named >= 2
 
 
 @pytest.mark.slow
@@ -283,7 +283,7 @@ def test_a_lab_as_assumed_pays_little() -> None:
     ratios = []
     for seed in range(8):
         log = lab(seed)
-        silent, untouched = analyze(log), analyze(log, "# balance: untouched")
+        silent, untouched = fitted(log), fitted(log, "# balance: untouched")
         ratios.append(half(silent) / half(untouched))
         assert not finding(silent)
     assert 1.0 < np.mean(ratios) < 1.2
@@ -297,7 +297,7 @@ def test_a_lab_as_assumed_pays_little() -> None:
 def test_the_interval_contains_the_truth_if_the_balance_differs(
     masses: tuple[float, ...], differs: float
 ) -> None:
-    inside = [contains(fitted(lab(seed, masses, differs))) for seed in range(20)]
+    inside = [contains(fitted(lab(seed, masses, differs))) for seed in range(8)]
     assert np.mean(inside) >= 0.8
 
 

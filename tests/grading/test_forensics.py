@@ -126,10 +126,10 @@ def test_old_logs_are_compared_but_not_with_each_other(
 def test_hundreds_of_equal_logs_are_one_flag_in_little_memory(
     logs: dict[str, Student], prints: Prints
 ) -> None:
-    """Pair by pair they would be 125,000, and many megabytes."""
+    """Pair by pair they would be 20,000, and many megabytes."""
     copy = print_of(logs["1004"].log())
     others = {key: one for key, one in prints.items() if key != "1004"}
-    copies = {f"c{number:04}": copy for number in range(500)}
+    copies = {f"c{number:04}": copy for number in range(200)}
     tracemalloc.start()
     flags = flag_class({**others, **copies}, [frozenset(copies)])
     assert flags == (), "all of them are partners"
@@ -137,7 +137,7 @@ def test_hundreds_of_equal_logs_are_one_flag_in_little_memory(
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert (flag.students, flag.previous) == (tuple(copies), ("2023/anna",))
-    assert flag.evidence.endswith(f"; and {501 * 500 // 2 - 3} more like these")
+    assert flag.evidence.endswith(f"; and {201 * 200 // 2 - 3} more like these")
     assert peak < 25e6
 
 
@@ -307,6 +307,6 @@ def test_chance_of_a_small_scatter_agrees_with_chi_square(prints: Prints) -> Non
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [38, 100])
 def test_honest_logs_are_not_flagged(size: int) -> None:
-    for seed in range(200, 204):
+    for seed in range(200, 202):
         students = [draw(i, seed) for i in range(size)]
         assert flag_class({one.key: print_of(one.log()) for one in students}) == ()

@@ -47,16 +47,16 @@ def hostile_lab(home: Path) -> Lab:
 
 @pytest.mark.slow
 @needs_browser
-@pytest.mark.parametrize("width", [390, 1280])
-def test_decisions_of_the_page_are_read_by_the_next_run(
-    tmp_path: Path, width: int
-) -> None:
+def test_decisions_of_the_page_are_read_by_the_next_run(tmp_path: Path) -> None:
     lab = hostile_lab(tmp_path)
     kept = 's0,comment,"a, ""b""\nc",Bob,\'=1+1,"last year, too"'
     lab.decide(
         kept, "s5,regrade,,,=please look; -1", head="student,what,value,by,why,x"
     )
-    out = look_at(tmp_path, lab.read("class.html"), width, PROBE)
+    page = lab.read("class.html")
+    wide, out = (look_at(tmp_path, page, width, PROBE) for width in (1280, 390))
+    for shown in ("ran", "seen", "told", "refused", "unlabelled", "actions", "added"):
+        assert wide[shown] == out[shown]
     assert out["ran"] == 0
     assert [what for _, what, _ in out["seen"]].count("reported") == 3
     assert {what for _, what, _ in out["seen"]} == {

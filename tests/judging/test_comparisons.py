@@ -17,6 +17,7 @@ import gyrodata
 from gyrodata import physics
 from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import LogError
+from gyrodata.results import FittedLog
 from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
 HEAD = "# g: 9.803 m/s^2\n# u_time: 0.1 s\n# u_spin: 0.2 %\n# u_time_bias: 0.05 s\n"
@@ -141,7 +142,12 @@ def test_a_ball_without_u_is_exact_and_no_ball_is_not_compared() -> None:
 def cause(table: Table) -> str:
     """Name the error of all runs that gyro reports for a typed log, or nothing."""
     stated = "# u_time: 0.14 s\n# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n"
-    lab = gyrodata.analyze(write(table, stated).encode())
+    log = write(table, stated).encode()
+    # A fit alone has most of the findings, in a tenth of the time.
+    return cause_in(analyze_briefly(log)) or cause_in(gyrodata.analyze(log))
+
+
+def cause_in(lab: FittedLog) -> str:
     texts = {one.code: f"{one.message} {one.hint}" for one in lab.diagnostics}
     for code, words, name in (
         ("G431", "M0 drifted", "drift"),
@@ -167,18 +173,18 @@ def drifting(seed: int) -> Table:
 @pytest.mark.parametrize(
     ("name", "slip", "least"),
     [
-        ("drift", drifting, 8),
-        ("hand", lambda seed: draw(Bench(repeats=3, late=0.5), seed), 8),
-        ("agreement", lambda seed: draw(Bench(repeats=3, hand=0.01), seed), 8),
-        ("", lambda seed: draw(Bench(repeats=3), seed), 9),
+        ("drift", drifting, 4),
+        ("hand", lambda seed: draw(Bench(repeats=3, late=0.5), seed), 4),
+        ("agreement", lambda seed: draw(Bench(repeats=3, hand=0.01), seed), 4),
+        ("", lambda seed: draw(Bench(repeats=3), seed), 5),
     ],
     ids=["drift of M0", "late hand", "small scatter", "clean"],
 )
 def test_the_cause_is_named_and_clean_labs_have_none(
     name: str, slip: Callable[[int], Table], least: int
 ) -> None:
-    # The standard error of the number is 1.6 if the cause is named by chance.
-    assert sum(cause(slip(seed)) == name for seed in range(10)) >= least
+    # The standard error of the number is 1.1 if the cause is named by chance.
+    assert sum(cause(slip(seed)) == name for seed in range(5)) >= least
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 import gyrodata
 from gyrodata.cli import app
+from gyrodata.results import FittedLog
 
 TRUTH, G = 4.4e-3, 9.803
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -42,13 +43,17 @@ def analyze(table: Rows) -> gyrodata.Analysis:
     return gyrodata.analyze(text.encode())
 
 
-def explained(table: Rows) -> tuple[Any, ...]:
-    """List the explanations of a log, without what only a report shows."""
+def fitted(table: Rows) -> FittedLog:
+    """Analyse a log without what only a report shows."""
     text = HEAD + "".join(",".join(row) + "\n" for row in table)
-    return analyze_briefly(text.encode()).explanations
+    return analyze_briefly(text.encode())
 
 
-def off(found: gyrodata.Analysis) -> float:
+def explained(table: Rows) -> tuple[Any, ...]:
+    return fitted(table).explanations
+
+
+def off(found: FittedLog) -> float:
     return abs(found.inertia.value - TRUTH) / found.inertia.u
 
 
@@ -122,7 +127,7 @@ CELLS = {
 @pytest.mark.parametrize("name", CELLS)
 def test_cells_of_two_runs_that_are_exchanged_are_named(name: str) -> None:
     table, words, runs = CELLS[name]
-    found = analyze(table)
+    found = fitted(table)
     assert re.search(words, found.explanations[0].words)
     assert "".join(run.run for run in found.run_table if run.left_out) == runs
     assert off(found) < 3
@@ -182,12 +187,10 @@ def log_with_wrong_origin(seed: int, off: float, line: str = "") -> str:
 
 @pytest.mark.parametrize("seed", [0, 6, 11])
 def test_the_remedy_of_a_wrong_origin_gives_the_right_answer(seed: int) -> None:
-    found = gyrodata.analyze(log_with_wrong_origin(seed, 6e-3).encode())
+    found = analyze_briefly(log_with_wrong_origin(seed, 6e-3).encode())
     assert found.explanations[0].kind == "origin"
     line = re.search(r"# u_position_zero: \S+ mm", found.explanations[0].remedy)
     assert line is not None
-    mended = gyrodata.analyze(
-        log_with_wrong_origin(seed, 6e-3, f"{line[0]}\n").encode()
-    )
+    mended = analyze_briefly(log_with_wrong_origin(seed, 6e-3, f"{line[0]}\n").encode())
     assert off(mended) < 2
     assert mended.explanations == ()

@@ -48,7 +48,7 @@ class TestReleased:
     @pytest.mark.slow
     @pytest.mark.parametrize(("spins", "fall"), [("20,30,40", 75), ("40,60,80", 61)])
     def test_slow_rod_has_no_answer(self, spins: str, fall: int) -> None:
-        for seed in range(1, 6):
+        for seed in (1, 2):
             log = released(spins, seed)
             done = analyzed(log)
             assert done.exit_code == 1
@@ -77,7 +77,7 @@ class TestReleased:
     @pytest.mark.slow
     @pytest.mark.parametrize("spins", ["20,30,40", "40,60,80", "50,75,100"])
     def test_spin_of_the_hint_is_answered(self, spins: str) -> None:
-        for seed in (1, 2, 4):
+        for seed in (1, 4):
             try:
                 analyze_briefly(released(spins, seed))
                 assert spins == "50,75,100"
@@ -143,7 +143,7 @@ class TestReleased:
 
     @pytest.mark.slow
     def test_rod_up_that_cannot_precess_steadily_is_named(self) -> None:
-        for seed in range(1, 5):
+        for seed in (1, 2):
             assert (
                 "error G425: run 7"
                 in analyzed(released("40,55,70", seed, pitches=(math.pi / 4,))).stderr
@@ -345,7 +345,7 @@ class TestRodThatStays:
     @pytest.mark.slow
     def test_intervals_contain_the_truth_for_tiny_m0(self) -> None:
         random, inside = np.random.default_rng(4), []
-        for seed in range(60):
+        for seed in range(24):
             # M0 that turns the rod by a degree in 120 s.
             imbalance = (
                 INERTIA * 400 * RPM * math.radians(1) / 120 * random.standard_normal()
@@ -363,7 +363,7 @@ class TestRodThatStays:
                     )
                 ]
             )
-        assert np.sum(inside, axis=0).min() >= 53
+        assert np.sum(inside, axis=0).min() >= 21
 
 
 def filled(sense: str, still: bool, lines: dict[str, str]) -> str:
@@ -408,9 +408,15 @@ BALL = {
 
 class TestTemplate:
     @pytest.mark.slow
-    @pytest.mark.parametrize("still", [False, True])
-    @pytest.mark.parametrize("sense", ["ccw", "cw"])
-    @pytest.mark.parametrize("lines", [{}, BALL], ids=["no ball", "ball"])
+    @pytest.mark.parametrize(
+        ("lines", "sense", "still"),
+        [
+            ({}, "ccw", False),
+            ({}, "cw", True),
+            (BALL, "ccw", True),
+            (BALL, "cw", False),
+        ],
+    )
     def test_filled_in_it_raises_no_alarm(
         self, lines: dict[str, str], sense: str, still: bool
     ) -> None:

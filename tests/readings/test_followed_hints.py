@@ -16,7 +16,7 @@ from typing import Any
 import openpyxl
 import pytest
 from msgspec.structs import asdict
-from simulated_labs import analyze_briefly
+from simulated_labs import analyze_briefly, kinds_of_doubts
 
 import gyrodata
 from gyrodata import LogError
@@ -265,8 +265,9 @@ def test_answer_is_not_safe_to_quote_if_a_text_gives_another_position(
     note: str,
 ) -> None:
     for text in (f"{note}\n{GOOD}", f"{GOOD}\n{note}\n"):
-        assert doubts_of(text) == ["note"]
-        assert doubts_of(text.replace(note, f"corrected: {note}")) == []
+        assert kinds_of_doubts(analyze_briefly(text)) == ["note"]
+        corrected = analyze_briefly(text.replace(note, f"corrected: {note}"))
+        assert kinds_of_doubts(corrected) == []
 
 
 @pytest.mark.slow

@@ -1115,6 +1115,10 @@ def test_answer_that_the_log_contradicts_is_not_safe_to_quote(
     log: str, kind: str
 ) -> None:
     assert [doubt.kind for doubt in gyrodata.analyze(log).doubts] == [kind]
+
+
+@pytest.mark.slow
+def test_answer_of_a_plain_log_is_safe_to_quote() -> None:
     assert gyrodata.analyze(HEAD + runs(ROW)).doubts == ()
 
 

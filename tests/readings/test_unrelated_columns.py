@@ -120,7 +120,11 @@ def test_unrelated_column_changes_no_reading(name: str, values: str) -> None:
     alone = read_log(log)
     assert alone.ok
     changed = []
+    # Each header in some of the logs, and each log with headers of every kind.
+    kept = [*LOGS].index(name) + 2 * [*VALUES].index(values)
     for at, header in enumerate(HEADERS):
+        if name != "plain" and at % 5 != kept % 5:
+            continue
         found = read_log(with_column(log, header, VALUES[values], at % 3))
         if not found.ok or read_of(found) != read_of(alone):
             changed.append(header)

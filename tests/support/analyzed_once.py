@@ -1,20 +1,24 @@
-"""Analyse each log once, although several commands and formats show its analysis."""
+"""Analyse each log once, and draw it once, although several commands and formats show
+its analysis.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from unittest.mock import patch
 
 from gyrodata import analysis
 from gyrodata.base.errors import LogError
 from gyrodata.readings import Readings
+from gyrodata.reporting import page
+from gyrodata.reporting.figures import Form
 from gyrodata.results import Analysis, Options
 
 
 @contextmanager
 def analyzed_once() -> Iterator[None]:
-    """Keep the analyses of logs with the same bytes, name and options.
+    """Keep the analyses of logs with the same bytes, name and options, and their figures.
 
     Only for logs that are read without settings, of which an analysis does not know all.
     """
@@ -34,5 +38,31 @@ def analyzed_once() -> Iterator[None]:
             raise kept
         return kept
 
-    with patch.object(analysis, "analyze_readings", analyze_once):
+    with patch.object(analysis, "analyze_readings", analyze_once), _drawn_once():
+        yield
+
+
+@contextmanager
+def _drawn_once() -> Iterator[None]:
+    """Keep the figures of an analysis, if all of them could be drawn."""
+    render = page.render
+    known: dict[tuple[object, ...], dict[Form, dict[str, bytes]]] = {}
+
+    def render_once(
+        analysis: Analysis,
+        forms: Sequence[Form],
+        style: str = "screen",
+        *,
+        faults: dict[str, str] | None = None,
+    ) -> dict[Form, dict[str, bytes]]:
+        options = repr(analysis.options)
+        key = analysis.name, analysis.sha256, options, tuple(forms), style
+        if key not in known:
+            drawn = render(analysis, forms, style, faults=faults)
+            if faults:
+                return drawn
+            known[key] = drawn
+        return known[key]
+
+    with patch.object(page, "render", render_once):
         yield

@@ -11,13 +11,16 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
-from forked import run_script
+from forked import run_gyro, run_script
 from msgspec import Struct
 from places import ROOT
+from typer.testing import CliRunner
 
 BIN = Path(sys.executable).parent
 PAGES = sorted((ROOT / "gyrodata" / "docs").glob("*.md"))
@@ -29,6 +32,10 @@ INSTALLS = ("python3 -m venv", "source .venv", "pipx ", "uv ", "hyperfine ")
 EXAMPLE = "python example.py"
 """Runs an example of Python, which is the file `example.py` then. A page has up to
 fourteen of them, which load the same code: all but the first are run in a fork."""
+
+OF_A_SHELL = re.compile(r"[|<>;&$*?~`#\\]")
+"""Signs in a line that a shell does something with. All commands of gyro on a page
+without them, but the first, are run in a fork, too."""
 
 _BLOCK = re.compile(
     r"(?:<!-- (?P<mark>\w+): (?P<told>[^>]*) -->\n)?"
@@ -72,14 +79,17 @@ def run(
     command: str, folder: Path, *, in_fork: bool = False
 ) -> subprocess.CompletedProcess[str]:
     """Run a line of shell with this environment's ``gyro`` and ``python`` first on the
-    path; or, of Python, the example in a fork.
+    path; or, in a fork, the example of Python, or a command of gyro.
     """
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     # The examples run on the installed package.
     environment.pop("PYTHONPATH", None)
     environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
     if in_fork and hasattr(os, "fork"):
-        return run_script(folder / "example.py", folder, environment)
+        if command == EXAMPLE:
+            return run_script(folder / "example.py", folder, environment)
+        _load_code()
+        return run_gyro(shlex.split(command)[1:], folder, environment)
     if shutil.which("gyro", path=str(BIN)) is None:
         command = re.sub(
             r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command
@@ -94,6 +104,20 @@ def run(
         encoding="utf-8",
         check=False,
     )
+
+
+@cache
+def _load_code() -> None:
+    """Let gyro load what each fork, and each of its workers, would load for itself."""
+    from gyrodata.cli import app
+
+    with TemporaryDirectory() as folder:
+        (log,) = (ROOT / "sample_data" / "class").glob("adlernina*")
+        Path(folder, "class").mkdir()
+        shutil.copy(log, Path(folder, "class"))
+        words = ["grade", f"{folder}/class", "--out", f"{folder}/grades"]
+        done = CliRunner().invoke(app, [*words, "--workers", "0"])
+    assert done.exit_code == 0, done.output
 
 
 def cropped(came: str, shown: str) -> str:
@@ -123,7 +147,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
-    examples = 0
+    begun: set[str] = set()
     for block, below in pairwise([*listed, None]):
         commands: list[tuple[str, str, str]] = []
         if block.mark == "file":
@@ -143,9 +167,11 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
         elif block.kind == "python" and below:
             (folder / "example.py").write_text(block.body, encoding="utf-8")
             commands = [(EXAMPLE, block.body, below.body)]
-            examples += 1
         for line, said, came in commands:
-            in_fork = line == EXAMPLE and examples > 1
+            program = line.split()[0]
+            is_plain = line == EXAMPLE or program == "gyro"
+            in_fork = is_plain and program in begun and not OF_A_SHELL.search(line)
+            begun.add(program)
             done = run(line, folder, in_fork=in_fork)
             right = done.returncode == int(
                 (block.kind == "console" and block.told) or 0

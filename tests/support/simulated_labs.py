@@ -24,6 +24,11 @@ def analyze_briefly(log: Any, model: ModelName = "auto", **given: Any) -> Fitted
     return check_fit(fit_log(read_log(log, **given), Options(model=model)))
 
 
+def kinds_of_doubts(found: FittedLog) -> list[str]:
+    """List the doubts about an answer, but for those that only a report looks for."""
+    return [one.doubt for one in found.diagnostics if one.doubt]
+
+
 def lab(
     random: np.random.Generator,
     *,

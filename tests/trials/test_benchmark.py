@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import math
 import re
@@ -44,15 +43,35 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "sample_data" / "air_gyroscope.csv"
 TINY = replace(report.QUICK, labs=2, budgets={1: 2_500, 2: 2_500})
-SPARSE = replace(TINY, every=3)
-"""With fewer cells of each map, which are too few for a chart."""
+SMALL = [replace(kind, x=kind.x[:3], y=kind.y[:3]) for kind in maps.KINDS]
+"""Maps of which TINY computes four cells."""
 MAPS = {kind.name: kind for kind in maps.KINDS}
 CHARTS = ["fits", "motion", "integrators", *MAPS]
 
 
+def run_tiny(workers: int) -> Mapping[str, pd.DataFrame]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(maps, "KINDS", SMALL)
+        return report.run(TINY, workers)
+
+
 @pytest.fixture(scope="module")
 def done() -> Mapping[str, pd.DataFrame]:
-    return report.run(TINY, 0)
+    return run_tiny(0)
+
+
+@pytest.fixture(scope="module")
+def written(
+    done: Mapping[str, pd.DataFrame], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, str]:
+    """Return the folder that the command writes, and its messages."""
+    folder = tmp_path_factory.mktemp("benchmark")
+    words = ["benchmark", str(LOG), "--quick", "--out", str(folder)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "run", lambda *_: done)
+        result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    return folder, result.stderr
 
 
 # --- programs ---
@@ -152,13 +171,14 @@ def test_a_score_counts_the_labs_whose_interval_contains_the_truth() -> None:
 def test_the_interval_of_an_error_contains_the_true_quantile() -> None:
     random = np.random.default_rng(1)
     inside = []
-    for _ in range(300):
+    for _ in range(100):
         score = fits.score(answers(1 + 0.01 * random.standard_normal(200), 0.02))
         low, high = score["error_low"], score["error_high"]
         assert low <= score["error"] <= high
         # 68 % of normal numbers are closer to zero than this.
         inside.append(low <= 0.0099446 <= high)
-    assert 0.92 < np.mean(inside) < 0.99
+    # Three standard deviations of a binomial of 100 below 0.95.
+    assert 0.88 < np.mean(inside) < 1
 
 
 def test_the_colour_of_an_error_is_its_coverage() -> None:
@@ -224,8 +244,8 @@ def test_no_ordinary_point_knows_what_no_user_knows() -> None:
 
 
 def test_eq_9_is_harmless_in_a_usual_lab() -> None:
-    panel = pd.DataFrame(motions.compare(motions.SCENES[0], 12, 1))
-    assert {*panel["labs"]} == {12}
+    panel = pd.DataFrame(motions.compare(motions.SCENES[0], 6, 1))
+    assert {*panel["labs"]} == {6}
     level = panel.iloc[0]
     assert (level["method"], level["error_high"] < 0.3) == ("eq. (9)", True)
     # The times of this machine do not decide the test.
@@ -316,7 +336,7 @@ def test_gyro_does_what_the_map_of_released_rods_draws(
 
 def test_gyro_refuses_released_rods_near_the_cup_only() -> None:
     kind = MAPS["released"]
-    for rpm, pitch in itertools.product(kind.x[::2], (-30, 0, 30)):
+    for rpm, pitch in itertools.product(kind.x[::4], (-30, 0, 30)):
         level, gyro = cell(kind, rpm, pitch).to_dict("records")
         assert level["refused"] == 0
         if gyro["refused"]:
@@ -351,7 +371,7 @@ def test_labs_of_many_runs_are_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(maps, "measured_lab", lambda log: None)
     monkeypatch.setattr(maps, "points_of", lambda lab: None)
     monkeypatch.setattr(maps.LabScene, "draw", lambda scene, seed: "")
-    monkeypatch.setattr(maps, "timed_answers", lambda *words, **where: [{}])
+    monkeypatch.setattr(fits, "timed_answers", lambda *words, **where: [{}])
     kind = MAPS["runs"]
     counts = [len(kind.fit(x, 2, range(200))) for x in kind.x]
     assert counts == [200, 200, 200, 6]
@@ -374,12 +394,12 @@ def test_a_map_counts_the_cells_where_a_method_fails() -> None:
 
 
 def test_each_chart_has_its_numbers_and_its_title(
-    done: Mapping[str, pd.DataFrame],
+    done: Mapping[str, pd.DataFrame], written: tuple[Path, str]
 ) -> None:
     assert [*report.titles(done)] == CHARTS
-    files = report.files(done, "", 0)
-    tables = {name: pd.read_csv(io.BytesIO(files[f"{name}.csv"])) for name in CHARTS}
-    assert len(files) == 2 * len(CHARTS) + 1
+    folder, _ = written
+    tables = {name: pd.read_csv(folder / f"{name}.csv") for name in CHARTS}
+    assert len([*folder.iterdir()]) == 2 * len(CHARTS) + 1
     assert len(tables["fits"]) == 3 * len(programs.installed()) + 6
     for name in ("fits", "motion", "balance", "torques", "runs"):
         assert {*tables[name]["labs"]} == {2}
@@ -403,9 +423,11 @@ def test_the_title_of_the_fits_follows_from_the_coverage(
     assert "in 0 of 3 kinds of labs: no program" in fits.title(wrong)
 
 
-def test_the_same_seed_gives_the_same_numbers() -> None:
-    first, again = report.run(SPARSE, 0), report.run(SPARSE, 2)
-    for name, table in first.items():
+def test_the_same_seed_gives_the_same_numbers(
+    done: Mapping[str, pd.DataFrame],
+) -> None:
+    again = run_tiny(2)
+    for name, table in done.items():
         columns = [column for column in table if column != "seconds"]
         pd.testing.assert_frame_equal(table[columns], again[name][columns])
 
@@ -419,7 +441,7 @@ def test_the_lab_of_a_log_is_a_scene() -> None:
     assert own.truth.inertia == analysis.fit.inertia.value
     by_log = [
         row["scene"]
-        for name, job in report.list_jobs(TINY, own)
+        for name, job in report.list_jobs(replace(TINY, labs=1), own)
         if name in ("fits", "motion") and "your log" in str(job.args)
         for row in job()
     ]
@@ -429,19 +451,16 @@ def test_the_lab_of_a_log_is_a_scene() -> None:
 
 
 def test_the_command_writes_a_page_with_every_chart(
-    done: Mapping[str, pd.DataFrame], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    done: Mapping[str, pd.DataFrame], written: tuple[Path, str]
 ) -> None:
-    monkeypatch.setattr(report, "run", lambda *_: done)
-    words = ["benchmark", str(LOG), "--quick", "--out", str(tmp_path)]
-    result = CliRunner().invoke(app, words)
-    assert result.exit_code == 0, result.output
-    names = {path.name for path in tmp_path.iterdir()}
+    folder, messages = written
+    names = {path.name for path in folder.iterdir()}
     assert {f"{name}.{form}" for name in CHARTS for form in ("png", "csv")} <= names
-    page = (tmp_path / "benchmark.html").read_text(encoding="utf-8")
+    page = (folder / "benchmark.html").read_text(encoding="utf-8")
     assert {*re.findall(r'src="(.*?)"', page)} == {f"{name}.png" for name in CHARTS}
     assert {*re.findall(r'href="(.*?)"', page)} <= names
     assert "What this means for air_gyroscope.csv" in page
-    assert "page: " in result.stderr
+    assert "page: " in messages
 
 
 def test_a_quick_picture_says_how_many_labs_it_has(

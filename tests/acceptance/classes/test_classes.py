@@ -7,13 +7,13 @@ import pytest
 from classes.class_cells import CELLS
 
 SIZES = {
-    "A ": 30,
-    "B ": 35,
-    "G ": 80,
-    "D every": 25,
-    "D other": 25,
-    "D beside": 25,
-    "D honest": 20,
+    "A ": 20,
+    "B ": 21,
+    "G ": 40,
+    "D every": 15,
+    "D other": 15,
+    "D beside": 15,
+    "D honest": 12,
 }
 """Size of the class for the cells whose names begin so."""
 

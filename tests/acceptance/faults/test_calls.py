@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from analyzed_once import analyzed_once
 
 from faults.calls import WAYS
 from faults.scenes import Promise, try_kills
@@ -17,15 +18,19 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.mark.parametrize(
     ("name", "tries"),
-    [("analyze again", 4), ("analyze -o FILE", 4), ("grade again", 8)],
+    [("analyze again", 3), ("analyze -o FILE", 4), ("grade again", 5)],
 )
 def test_call_that_fails_tears_and_loses_nothing(
     name: str, tries: int, tmp_path: Path
 ) -> None:
-    promise, wrong = Promise(name, tmp_path), []
-    for number in range(tries):
-        at = 1 + number * (len(promise.calls) - 1) // (tries - 1)
-        wrong += promise.break_at(at, WAYS[number % len(WAYS)])
+    wrong = []
+    # Each child has the analysis and the figures of the first run: what it writes is
+    # tested.
+    with analyzed_once():
+        promise = Promise(name, tmp_path)
+        for number in range(tries):
+            at = 1 + number * (len(promise.calls) - 1) // (tries - 1)
+            wrong += promise.break_at(at, WAYS[number % len(WAYS)])
     assert wrong == []
 
 

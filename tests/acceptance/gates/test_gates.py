@@ -13,8 +13,9 @@ from places import ACCEPTANCE, ROOT
 from gates.__main__ import GATES
 from gates.stored import agree, compare
 
-# Each relation has a test of its own.
-OTHERS = ("ratios", "coverage", "relations")
+OTHERS = ("ratios", "coverage", "relations", "fuzz", "class")
+"""Gates whose parts have tests of their own: `test_coverage.py`, `test_relations.py`,
+`test_fuzz.py`, and the stored class of `test_grade_cli.py`."""
 
 
 @pytest.mark.parametrize("name", [name for name in GATES if name not in OTHERS])

@@ -32,7 +32,6 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
@@ -373,13 +372,6 @@ NO_BALANCE = 0.5
 """With an M0 above this part of the smallest torque the answer is not safe to quote."""
 
 
-FELL_MORE = 4.0
-"""If a spin falls this many times as fast as in the middle run …"""
-
-FELL_BY = 0.03
-"""… and by this much more [1], then something rubbed, or the spin was read wrongly."""
-
-
 def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
     m0 = lab.fit.residual_torque
@@ -409,75 +401,18 @@ def _hanger(lab: JudgedLab) -> str:
     return "add to the masses what else hung on the rod, such as a clip; "
 
 
-def _spins_that_fell_alone(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Name the runs in which the spin fell much faster than in the middle run.
-
-    If more than a quarter of the runs would be named, none is.
-    """
-    measured = lab.measured
-    if measured.spin_start is None or measured.spin_end is None:
-        return
-    fall = np.log(measured.spin_start / measured.spin_end)
-    rates = np.sort(fall / measured.time)
-    usual = max(float(rates[len(fall) // 2]), 0.0)
-    share = usual * measured.time
-    is_far = (fall > FELL_MORE * share) & (fall - share > FELL_BY)
-    far = np.flatnonzero(is_far).tolist()
-    if len(far) > len(fall) / 4 or len(fall) < 4:
-        return
-    for run in far:
-        yield lab.say(
-            "spin_fell_alone",
-            spin_columns(lab.readings)[-1].place(run),
-            run=measured.runs[run],
-            percent=-100 * np.expm1(-fall[run]),
-            more=FELL_MORE,
-        )
-
-
-def _friction(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report the torque of friction, and whether it is negligible."""
-    measured = lab.measured
-    inertia = lab.fit.inertia
-    drag = measured.drag
-    if drag is None or not lab.readings.spin_down:
-        return
-    longest = int(np.argmax(measured.time))
-    lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
-    size = lost**2 / 24
-    hint = "friction is not negligible: read the spin at start and end too"
-    if size < DROP_ONE * lab.relative_u:
-        hint = "friction is negligible here"
-    yield lab.say(
-        "spin_falls",
-        time=1 / drag.rate,
-        spin=drag.spin / RPM,
-        torque=1e3 * inertia.value * drag.rate * drag.spin,
-        percent=100 * lost,
-        size=100 * size,
-        hint=hint,
-    )
-
-
-def _other_measurements(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report I_zz from a falling mass, and I over I_zz from the nutation."""
-    if lab.readings.falling_mass:
-        yield _of_falling_mass(lab, lab.readings.falling_mass)
-    ratio = lab.measured.nutation_ratio
-    if ratio is not None:
-        yield lab.say("nutation", ratio=float(np.nanmedian(ratio)))
-
-
-def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
+def _falling_mass(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report I_zz from a mass that falls on a thread, and turns the ball."""
-    mass, radius, height, time, friction = falling
+    if not lab.readings.falling_mass:
+        return
+    mass, radius, height, time, friction = lab.readings.falling_mass
     inertia = lab.fit.inertia
     # The thread pulls with m (g − a), less the friction.
     pull = (mass - friction) * lab.measured.g
     measured_inertia = radius**2 * (pull * time**2 / (2 * height) - mass)
     off = 100 * (measured_inertia / inertia.value - 1)
     u = 100 * lab.relative_u
-    return lab.say("falling_mass", inertia=measured_inertia, off=off, u=u)
+    yield lab.say("falling_mass", inertia=measured_inertia, off=off, u=u)
 
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -762,9 +697,7 @@ CHECKS: tuple[Check, ...] = (
     _deviations,
     _agreement,
     _large_residual_torque,
-    _spins_that_fell_alone,
-    _friction,
-    _other_measurements,
+    _falling_mass,
     _direction,
     _digits,
     _tachometer,

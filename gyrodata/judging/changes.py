@@ -99,7 +99,7 @@ class Lab(Struct, frozen=True):
         The keywords `how` replace other fields of the change.
         """
         runs = replace(self.measured, **changed) if changed else self.measured
-        return replace(Change(name, words, runs, self.motion, self.left_out), **how)
+        return replace(Change(name, words, runs, left_out=self.left_out), **how)
 
 
 class Change(Struct, frozen=True):
@@ -111,7 +111,8 @@ class Change(Struct, frozen=True):
     """What is different, for users; of an effect, why it is kept or dropped."""
     measured: Measurements | None
     """None: there is nothing to fit."""
-    motion: Motion
+    motion: Motion | None = None
+    """None: the model that the changed log needs."""
     left_out: tuple[int, ...] = ()
     widths: Widths | None = None
     """Fixed widths; None: integrate over them as for the log."""
@@ -120,10 +121,9 @@ class Change(Struct, frozen=True):
     is_always_advised: bool = False
     """Of advice: whether it is given even if u becomes only a little smaller."""
     kept: bool = False
-    """Of an effect: whether the model of the log takes it into account."""
-    without: bool = True
-    """Of an effect: whether the change leaves it out, or adds it."""
-    sized: bool = True
+    """Of an effect: whether the model of the log takes it into account, and the change
+    leaves it out; if not, the change adds it."""
+    sized: bool = False
     """Of an effect: whether its size decides if it is kept."""
     in_u: bool = False
     """Of an effect: whether u of I_zz contains the doubt about it."""
@@ -184,7 +184,6 @@ def _residual_torque(lab: Lab) -> Change:
         "residual_torque",
         words,
         kept=True,
-        sized=False,
         left_out=tuple({*lab.left_out, *unloaded}),
         widths=none,
     )
@@ -196,9 +195,9 @@ def _timing_bias(lab: Lab) -> Change:
     width = lab.measured.timing_bias_u
     if not width:
         words = "not a stopwatch's time, or u_time_bias is 0"
-        return lab.change(name, words, sized=False)
+        return lab.change(name, words)
     words = f"unknown beforehand, ± {width:g} s"
-    return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True, sized=False)
+    return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True)
 
 
 def _falling_spin(lab: Lab) -> Change:
@@ -212,10 +211,10 @@ def _falling_spin(lab: Lab) -> Change:
             "one reading in each run: "
             "at the midpoint its error is 0.05 % for a fall of 10 %"
         )
-        return lab.change(name, words, sized=False, measured=None)
+        return lab.change(name, words, measured=None)
     words = "the harmonic mean in time is used, because it costs nothing"
     plain = {"spin": (start + end) / 2}
-    return lab.change(name, words, plain, kept=True, sized=False)
+    return lab.change(name, words, plain, kept=True)
 
 
 def _balance_change(lab: Lab) -> Change:
@@ -224,10 +223,10 @@ def _balance_change(lab: Lab) -> Change:
     name = BALANCE_CHANGE
     if not measured.balance_differs:
         words = 'the log says "# balance: untouched", or it has one weight'
-        return lab.change(name, words, sized=False, measured=None)
+        return lab.change(name, words, measured=None)
     width = lab.fit.widths.level
     words = f"unknown beforehand: its width is estimated as {width:.2g} N·m"
-    return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
+    return lab.change(name, words, UNTOUCHED, kept=True, in_u=True)
 
 
 def _delay_of_spin(lab: Lab) -> Change:
@@ -241,7 +240,7 @@ def _delay_of_spin(lab: Lab) -> Change:
             "no delay on average: the log states u_spin_delay, or the spin was not "
             "read once in each run"
         )
-        return lab.change("spin_delay", words, sized=False)
+        return lab.change("spin_delay", words)
     law = "as the log shows"
     if measured.drag is None:
         law = "as usual, because the log has no spin-down"
@@ -249,9 +248,7 @@ def _delay_of_spin(lab: Lab) -> Change:
         f"the spin is corrected for its fall during the delay, {law}; u includes the "
         f"uncertainty of the delay"
     )
-    return lab.change(
-        "spin_delay", words, {"delay_factor": None}, kept=True, sized=False, in_u=True
-    )
+    return lab.change("spin_delay", words, {"delay_factor": None}, kept=True, in_u=True)
 
 
 def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
@@ -265,11 +262,13 @@ def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
         words = model.reason(runs, False, as_asked)
         other = lab.motion.including(model)
         return lab.change(
-            model.effect, words, supposed, without=False, motion=other, model=model
+            model.effect, words, supposed, motion=other, model=model, sized=True
         )
     words = used.reason(runs, True, as_asked)
     other = lab.motion.without(model.effect)
-    return lab.change(model.effect, words, kept=True, motion=other, model=used)
+    return lab.change(
+        model.effect, words, kept=True, motion=other, model=used, sized=True
+    )
 
 
 def _total_spin_read(lab: Lab) -> Iterator[Change]:
@@ -284,7 +283,7 @@ def _total_spin_read(lab: Lab) -> Iterator[Change]:
     spin = measured.spin - total_spin_excess(
         lab.fit.sense, measured.turns, measured.time, measured.pitch
     )
-    yield lab.change("tachometer", words, {"spin": spin}, without=False)
+    yield lab.change("tachometer", words, {"spin": spin}, sized=True)
 
 
 # --- sensitivity: what the answer depends on ---
@@ -570,35 +569,21 @@ class Effect(Struct, frozen=True):
 
 def _bias(lab: Lab, change: Change) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if impossible."""
-    if (
-        change.measured is lab.measured
-        and change.motion == lab.motion
-        and not change.widths
-    ):
-        return 0.0
     if change.measured is None:
         return None
-    try:
-        _, fit = fitting.fit_model(
-            change.measured,
-            change.motion,
-            change.left_out,
-            change.widths or lab.fit.widths,
-            lab.fit,
-        )
-        # With the widths held, the fit gives no posterior: so the adjusted values of
-        # both fits are compared, and not the means of their posterior distributions.
-        ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
-        is_large = abs(ratio - 1) > CLEARLY_SMALL * lab.relative_u
-        if is_large and lab.fit.posterior is not None and not change.widths:
-            # A large effect changes how the runs scatter, and so the widths.
-            _, fit = fitting.fit_model(
-                change.measured, change.motion, change.left_out, near=fit
-            )
-            ratio = fit.inertia.value / lab.fit.inertia.value
-    except fitting.NoFit:
-        return None
-    return ratio - 1 if change.without else 1 / ratio - 1
+    motion = change.motion or lab.motion
+    is_same = change.measured is lab.measured and motion == lab.motion
+    if is_same and not change.widths:
+        return 0.0
+    with suppress(fitting.NoFit):
+        fit = _fit_of(lab, replace(change, motion=motion))
+        before = lab.fit.inertia.value
+        if fit.posterior is None:
+            # Both at held widths, where an adjusted value is no mean of a posterior.
+            before = float(lab.fit.adjusted.unknowns[0])
+        ratio = fit.inertia.value / before
+        return ratio - 1 if change.kept else 1 / ratio - 1
+    return None
 
 
 def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect, ...]:
@@ -757,6 +742,7 @@ def _fits(
     measured: Measurements,
     left_out: tuple[int, ...] = (),
     near: FitResult | None = None,
+    widths: Widths | None = None,
 ) -> Fits:
     """Return a function that fits a log with a motion, or raises `NoFit`.
 
@@ -765,7 +751,7 @@ def _fits(
 
     @cache
     def lab(motion: Motion) -> Lab:
-        runs, fit = fitting.fit_model(measured, motion, left_out, near=near)
+        runs, fit = fitting.fit_model(measured, motion, left_out, widths, near)
         return Lab(None, runs, fit, motion, left_out)
 
     return lab
@@ -774,9 +760,9 @@ def _fits(
 def _fit_of(lab: Lab, change: Change) -> FitResult:
     """Fit a changed log with the model that it needs."""
     measured = change.measured or lab.measured
-    fits = _fits(measured, change.left_out, lab.fit)
-    motion = change.motion
-    if not lab.asked and len(measured.runs) <= FEW:
+    fits = _fits(measured, change.left_out, lab.fit, change.widths)
+    motion = change.motion or lab.motion
+    if not (change.motion or lab.asked) and len(measured.runs) <= FEW:
         # As for the log itself, the models are chosen with all runs: `fits` has fewer.
         motion = choose_model(measured, fits=None if change.left_out else fits)
     return fits(motion).fit

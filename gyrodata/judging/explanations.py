@@ -37,6 +37,7 @@ from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
 from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role
+from gyrodata.physics import Floats
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.numerals import as_read
 from gyrodata.readings import Column, Readings
@@ -233,15 +234,22 @@ def diagnose(
     """
     log = Log(readings, measured, tilted)
     tried = _hypotheses(log, base, outliers)
-    likely = _comparable(tried)
+    best = max([each.log_probability for each in tried], default=0.0)
+    likely = [each for each in tried if each.log_probability > best - CLEARLY]
     if not likely or "none" in [each.kind for each in likely]:
         of_runs = [each.outliers for each in likely if each.kind == "runs"]
         return Diagnosis(outliers=(*of_runs, tuple(outliers))[0])
     wrong = set.intersection(*[set(each.wrong) for each in likely])
-    best = likely[0].log_probability
     total = sum(math.exp(each.log_probability - best) for each in tried)
     explained = [
-        _explanation(log, each, math.exp(each.log_probability - best) / total)
+        Explanation(
+            each.kind,
+            each.words,
+            each.remedy,
+            math.exp(each.log_probability - best) / total,
+            tuple([measured.runs[run] for run in each.wrong]),
+            each.fit.inertia,
+        )
         for each in likely[:MOST_LISTED]
     ]
     shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
@@ -259,21 +267,6 @@ def _hypotheses(
         tried += _wrong_counts(log)
         tried += _shared_errors(log)
     return sorted(tried, key=attrgetter("log_probability"), reverse=True)
-
-
-def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
-    """Return a hypothesis for users."""
-    runs = tuple([log.measured.runs[run] for run in each.wrong])
-    inertia = each.fit.inertia
-    return Explanation(each.kind, each.words, each.remedy, probability, runs, inertia)
-
-
-def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the most probable hypotheses: none is clearly less probable."""
-    if not tried:
-        return []
-    least = tried[0].log_probability - CLEARLY
-    return [each for each in tried if each.log_probability > least]
 
 
 # --- no mistake ---
@@ -492,12 +485,8 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     factor = fitting.median(others[others > 0]) / fitting.median(own[runs])
     fit = log.fit(_with_free_load(log, runs, factor))
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
-    slips = [
-        words
-        for words, of_load in _slips(log.readings)
-        if abs(factor / of_load - 1) < NEAR
-    ]
-    counts = _counts_of(log, runs, factor)
+    slips = _near(factor, _slips(log.readings))
+    counts = _near(factor, _counts(log.measured.turns[runs]))
     causes = [*slips, *counts, *_values_of_load(log, runs[0], factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
@@ -553,39 +542,38 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     )
 
 
-SLIPS = (("spin", "their spins were half as large (two strips of tape?)", 2.0),)
-"""Mistakes in all readings of one column in the runs of a weight: its role, words, and
-the factor on the load with which the runs would agree as well [1]."""
-
 KNOWN_SLIP = 10.0
 """A factor that is exactly that of a known mistake is more probable by this factor than
 any other one."""
 
 
+def _near(factor: float, causes: Iterator[tuple[str, float]]) -> list[str]:
+    """Return the words of those causes that are the same as a factor on the load."""
+    return [words for words, of_load in causes if abs(factor / of_load - 1) < NEAR]
+
+
 def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
-    """List `SLIPS`, and the other units of times and spins."""
-    for role, words, of_load in SLIPS:
-        if role in readings.columns:
-            yield words, of_load
-    for role in ("time", "spin"):
+    """List mistakes in all times or spins of a weight.
+
+    Each has its words, and the factor on the load with which the runs agree as well.
+    """
+    if "spin" in readings.columns:
+        yield "their spins were half as large (two strips of tape?)", 2.0
+    for role, power in (("time", 1), ("spin", -1)):
         if role in readings.columns:
             for unit, times in other_units(readings.columns[role]):
-                # A load is too large by as much as a time is too long.
-                of_load = times if role == "time" else 1 / times
-                yield f"their {role}s were in {unit}", of_load
+                yield f"their {role}s were in {unit}", times**power
 
 
-def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the counts of turns that are the same as a factor on the load."""
-    written = log.measured.turns[runs]
-    if np.ptp(written):
-        return []
-    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
-    return [
-        f"they had {turn_words(count)}"
-        for count in counts
-        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
-    ]
+def _counts(turns: Floats) -> Iterator[tuple[str, float]]:
+    """List other counts for runs that have the same turns, like `_slips`."""
+    if np.ptp(turns):
+        return
+    written = float(turns[0])
+    for step in corrections.FEW_COUNTS:
+        count = written + step
+        if count > 0:
+            yield f"they had {turn_words(count)}", written / count
 
 
 def _values_of_load(log: Log, run: int, factor: float) -> Iterator[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 from operator import itemgetter
 from pathlib import Path
@@ -47,8 +47,6 @@ class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
     read: str = ""
     rank: int = 0
     common_in: tuple[str, ...] = ()
-    forgets: str = ""
-    forgets_in: tuple[str, ...] = ()
     needs: str = ""
 
 
@@ -75,23 +73,24 @@ def list_mistakes(
     """List every mistake that is possible in this log, with its I_zz [kg*m^2]."""
     units = _units(readings, measured)
     factors = _factors_of_log(readings, measured, inertia)
-    values = _values_in_words(readings, measured, inertia)
     there = {"", *readings.columns, *readings.constants}
     for known in known_mistakes().values():
         if known.needs not in there:
             continue
         unit = units.get(known.column, "")
-        torque = _factor(known.torque, factors)
-        product = _factor(known.product, factors)
-        if torque is None or product is None:
-            continue
-        mistake = replace(known, torque=torque, product=product)
+        # A number stands for itself.
+        torque = factors.get(known.torque, known.torque)
+        product = factors.get(known.product, known.product)
+        rank = known.rank
+        if known.common_in:
+            rank = int(unit not in known.common_in)
+        mistake = replace(known, torque=torque, product=product, rank=rank)
         if known.read:
             mistake = _of_units(mistake, unit)
         factor = mistake.torque / mistake.product
         has_effect = np.any(np.isfinite(factor) & (factor != 1))
         if has_effect and (mistake.words or mistake.log):
-            yield _in_words(mistake, unit, values)
+            yield _in_words(mistake, readings, measured)
 
 
 def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
@@ -111,26 +110,6 @@ def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
     return units
 
 
-def _values_in_words(
-    readings: Readings, measured: Measurements, inertia: float
-) -> dict[str, Any]:
-    """Return what the words of the table can contain, for a log and its I_zz."""
-    diameter = 100 * readings.constants.get("ball_diameter", math.nan)
-    is_small = abs(inertia) < 1
-    return {
-        "g": measured.g,
-        "radius": diameter / 2,
-        "twice_diameter": 2 * diameter,
-        "size": "below" if is_small else "above",
-        "sign": "negative" if is_small else "positive",
-    }
-
-
-def _factor(written: Any, factors: Mapping[str, Any]) -> Any:
-    """Return a factor of the table: a number, or its name; None if it is impossible."""
-    return factors.get(written) if isinstance(written, str) else written
-
-
 def _of_units(mistake: Mistake, unit: str) -> Mistake:
     """Return a mistake about a unit, with its factors, for a column in `unit`."""
     column = mistake.column
@@ -144,16 +123,15 @@ def _of_units(mistake: Mistake, unit: str) -> Mistake:
     return replace(mistake, product=1 / factor if column == "time" else factor)
 
 
-def _in_words(mistake: Mistake, unit: str, values: Mapping[str, Any]) -> Mistake:
+def _in_words(mistake: Mistake, readings: Readings, measured: Measurements) -> Mistake:
     """Return a mistake with the values of a log in its words."""
+    diameter = 100 * readings.constants.get("ball_diameter", math.nan)
+    lengths = {"radius": diameter / 2, "twice_diameter": 2 * diameter}
     texts = {
-        name: getattr(mistake, name).format(unit=unit, **values)
+        name: getattr(mistake, name).format(g=measured.g, **lengths)
         for name in ("words", "check", "log", "remedy")
     }
-    rank = int(unit not in mistake.common_in) if mistake.common_in else mistake.rank
-    is_forgotten = unit in mistake.forgets_in or not mistake.forgets_in
-    forgets = mistake.forgets if is_forgotten else ""
-    return replace(mistake, **texts, rank=rank, forgets=forgets)
+    return replace(mistake, **texts)
 
 
 def _size_of(column: str, unit: str) -> float:

@@ -571,19 +571,29 @@ def _bias(lab: Lab, change: Change) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if impossible."""
     if change.measured is None:
         return None
-    motion = change.motion or lab.motion
-    is_same = change.measured is lab.measured and motion == lab.motion
+    change = replace(change, motion=change.motion or lab.motion)
+    is_same = change.measured is lab.measured and change.motion == lab.motion
     if is_same and not change.widths:
         return 0.0
-    with suppress(fitting.NoFit):
-        fit = _fit_of(lab, replace(change, motion=motion))
-        before = lab.fit.inertia.value
-        if fit.posterior is None:
-            # Both at held widths, where an adjusted value is no mean of a posterior.
-            before = float(lab.fit.adjusted.unknowns[0])
-        ratio = fit.inertia.value / before
-        return ratio - 1 if change.kept else 1 / ratio - 1
-    return None
+    try:
+        ratio = _ratio_of_inertia(lab, change)
+    except fitting.NoFit:
+        return None
+    return ratio - 1 if change.kept else 1 / ratio - 1
+
+
+def _ratio_of_inertia(lab: Lab, change: Change) -> float:
+    """Return I_zz of a changed log over that of the log."""
+    # With the widths held, the fit gives no posterior: so the adjusted values of both
+    # fits are compared, and not the means of their posterior distributions.
+    at_widths = replace(change, widths=change.widths or lab.fit.widths)
+    adjusted = float(lab.fit.adjusted.unknowns[0])
+    ratio = _fit_of(lab, at_widths).inertia.value / adjusted
+    is_small = abs(ratio - 1) <= CLEARLY_SMALL * lab.relative_u
+    if is_small or change.widths or lab.fit.posterior is None:
+        return ratio
+    # A large effect changes how the runs scatter, and so the widths.
+    return _fit_of(lab, change).inertia.value / lab.fit.inertia.value
 
 
 def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect, ...]:

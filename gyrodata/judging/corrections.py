@@ -21,7 +21,6 @@ from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
 from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role, timing_column, values_of
-from gyrodata.physics import Floats
 from gyrodata.quantities.numerals import PLAIN, as_read
 from gyrodata.readings import Column, Reading, Readings
 from gyrodata.readings.roles import TIMINGS
@@ -387,62 +386,54 @@ def _other_digits(number: str) -> Iterator[tuple[str, str, str]]:
 # --- how well a corrected run agrees with the others ---
 
 
-class Prediction:
+class Prediction(Struct, frozen=True):
     """Predictions of the fit of some runs for the times of the others."""
 
-    def __init__(self, measured: Measurements, others: fitting.FitResult) -> None:
-        """`others` is a fit of `measured` without some runs."""
-        self.others = others
-        deviations = np.abs(others.deviations[others.adjusted.kept > 0])
-        self.typical = max(1.0, fitting.MAD_TO_SD * fitting.median(deviations))
-        fitted = others.fitted_time - others.timing_bias.value
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = fitted / self._steady_time(measured)
-        # Without a torque, as if a weight is typed in kg under g, the ratio of a run is
-        # only rounding: that of the other runs replaces it.
-        torque = self._torque(measured)
-        is_loaded = torque > SMALL * fitting.median(torque)
-        self.ratio = np.where(is_loaded, ratio, fitting.median(ratio[is_loaded]))
-
-    def _torque(self, measured: Measurements) -> Floats:
-        """Return the net torque of each run [N*m], shape (n,)."""
-        return np.abs(measured.torque + self.others.residual_torque.value)
-
-    def _steady_time(self, measured: Measurements) -> Floats:
-        """Return the time of each run of a steady, level rod [s], shape (n,)."""
-        moment = self.others.inertia.value * measured.corrected_spin
-        return 2 * np.pi * measured.turns * moment / self._torque(measured)
-
-    def _relative_u(self, changed: Measurements, run: int) -> float:
-        """Return the relative u of the difference of a time from its prediction [1]."""
-        torque = self._torque(changed)[run]
-        slope = np.array([1 / self.others.inertia.value, -1 / torque, 0.0])
-        variance = slope @ self.others.covariance @ slope
-        own = float(changed.own_relative[run])
-        return self.typical * math.sqrt(max(variance, 0.0) + own**2)
+    measured: Measurements
+    """The log."""
+    others: fitting.FitResult
+    """A fit of it without some runs."""
 
     def log_density(self, changed: Measurements, run: int) -> float:
         """Return the log of the probability density of ln T of a run of a changed log.
 
         −inf if the run then deviates by more than `FITS` standard uncertainties.
         """
-        times = changed.time.copy()
-        with np.errstate(divide="ignore", invalid="ignore"):
-            predicted = float(self.ratio[run] * self._steady_time(changed)[run])
-            # A time that is much too small is not as uncertain as its own size says.
-            times[run] = predicted
-            u = self._relative_u(replace(changed, time=times), run)
-        time = float(changed.time[run]) - self.others.timing_bias.value
-        if not (time > 0 and 0 < predicted < math.inf and 0 < u < math.inf):
+        bias = self.others.timing_bias.value
+        time = float(changed.time[run]) - bias
+        fitted = float(self.others.fitted_time[run]) - bias
+        longer = self._slowness(changed, run) / self._slowness(self.measured, run)
+        predicted = fitted * longer
+        if not (time > 0 and 0 < predicted < math.inf):
             return -math.inf
+        u = self._relative_u(changed, run, predicted)
         off = (time / predicted - 1) / u
         if abs(off) > FITS:
             return -math.inf
         return -0.5 * off**2 - math.log(u) - HALF_LOG_2PI
 
+    def _net_torque(self, measured: Measurements, run: int) -> float:
+        """Return the net torque of a run [N*m]."""
+        torque = float(measured.torque[run]) + self.others.residual_torque.value
+        return abs(torque) or math.nan
 
-SMALL = 0.05
-"""Smallest torque of a run with a weight, as a part of the median torque [1]."""
+    def _slowness(self, measured: Measurements, run: int) -> float:
+        """Return the time of a run over 2π I_zz, by eq. (9) [s/(kg*m^2)]."""
+        angle = measured.turns[run] * measured.corrected_spin[run]
+        return float(angle) / self._net_torque(measured, run)
+
+    def _relative_u(self, changed: Measurements, run: int, time: float) -> float:
+        """Return the relative u of the difference of a time from its prediction [1]."""
+        inertia = self.others.inertia.value
+        torque = self._net_torque(changed, run)
+        slope = np.array([1 / inertia, -1 / torque, 0.0])
+        variance = slope @ self.others.covariance @ slope
+        # A time that is much too small is not as uncertain as its own size says.
+        times = changed.time.copy()
+        times[run] = time
+        own = float(replace(changed, time=times).own_relative[run])
+        return math.sqrt(max(variance, 0.0) + own**2)
+
 
 FITS = 3.0
 """A correction fits if the run is then off by less than this many standard

@@ -162,6 +162,7 @@ def _factors_of_log(
         "360, of many turns": 360.0 if least > 20 else math.nan,
         "1/power of ten": 10.0**-power,
         "1/power of ten²": 100.0**-power,
+        "none: 1/I_zz is no multiple of I_zz": math.nan,
     }
     with np.errstate(all="ignore"):
         factors |= _factors_of_arms(readings, measured)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import string
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from itertools import pairwise, product
 
@@ -71,6 +71,8 @@ class Correction(Struct, frozen=True):
     is_certain: bool = False
     """Whether a run that agrees after it is certainly wrong: the agreement with another
     count, or of two exchanged cells, does not happen by chance."""
+    log_density: float = -math.inf
+    """Log of the probability density of the times after it, times how common it is."""
 
 
 class Cell(Struct, frozen=True):
@@ -394,7 +396,23 @@ class Prediction(Struct, frozen=True):
     others: fitting.FitResult
     """A fit of it without some runs."""
 
-    def log_density(self, changed: Measurements, run: int) -> float:
+    def agreeing(
+        self, tried: Iterable[Correction], odd: Collection[int]
+    ) -> Iterator[Correction]:
+        """Yield the corrections after which their runs agree with the others.
+
+        A run that is not odd agreed before: the density of its time is divided by that.
+        """
+        for correction in tried:
+            density = math.log(correction.common)
+            for run in correction.runs:
+                density += self._log_density(correction.measured, run)
+                if run not in odd:
+                    density -= self._log_density(self.measured, run)
+            if math.isfinite(density):
+                yield replace(correction, log_density=density)
+
+    def _log_density(self, changed: Measurements, run: int) -> float:
         """Return the log of the probability density of ln T of a run of a changed log.
 
         −inf if the run then deviates by more than `FITS` standard uncertainties.

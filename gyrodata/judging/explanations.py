@@ -319,18 +319,13 @@ def _runs_hypothesis(
     """Suppose that some runs are wrong, each by its most probable correction."""
     measured = log.measured
     others = log.fit(left_out=runs)
-    prediction = Prediction(measured, others)
-    kept = np.flatnonzero(others.adjusted.kept).tolist()
-    of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
-    for words, scores in _exchanges(log, prediction, of_run):
-        for run, score in scores.items():
-            of_run.setdefault(run, []).append(Score(score, words, is_certain=True))
+    of_run = _corrections(log, others, runs)
     total = log.evidence(others)
     for run in runs:
-        total += _log_sum(of_run.setdefault(run, [])) - math.log(measured.time[run])
+        total += _log_sum(of_run[run]) - math.log(measured.time[run])
     outliers = [
-        _with_corrections(others, run, scores, known.get(run))
-        for run, scores in sorted(of_run.items())
+        _with_corrections(others, run, of_this, known.get(run))
+        for run, of_this in sorted(of_run.items())
     ]
     wrong = [outlier.index for outlier in outliers if outlier.slip]
     return Hypothesis(
@@ -343,101 +338,67 @@ def _runs_hypothesis(
     )
 
 
-def _log_sum(scores: Scores) -> float:
+def _log_sum(of_run: Sequence[Correction]) -> float:
     """Return the log of the probability density of a run that is wrong somehow."""
     unknown = math.log(WRONG_RUN / UNKNOWN)
-    return float(np.logaddexp.reduce([unknown, *[each.log_density for each in scores]]))
+    known = [each.log_density for each in of_run]
+    return float(np.logaddexp.reduce([unknown, *known]))
 
 
-class Score(NamedTuple):
-    """A correction of a run, compared with its time."""
+def _corrections(
+    log: Log, others: FitResult, odd: Sequence[int]
+) -> dict[int, list[Correction]]:
+    """List the corrections with which odd runs agree with the others, by run.
 
-    log_density: float
-    """Log of the probability density of the time, times how common the mistake is."""
-    words: str
-    is_certain: bool = False
-    """As of the correction."""
-
-
-Scores = list[Score]
-"""The corrections of a run."""
-
-
-def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> Scores:
-    """Score the corrections of one run."""
-    scores = []
-    for correction in corrections.of_run(log.readings, log.measured, kept, run):
-        density = prediction.log_density(correction.measured, run)
-        if density > -math.inf:
-            common = math.log(correction.common)
-            score = Score(density + common, correction.words, correction.is_certain)
-            scores.append(score)
-    return scores
+    The partner of an odd run in an exchange is listed too.
+    """
+    prediction = Prediction(log.measured, others)
+    kept = np.flatnonzero(others.adjusted.kept).tolist()
+    of_run: dict[int, list[Correction]] = {run: [] for run in odd}
+    for run in odd[:MOST_ODD]:
+        tried = corrections.of_run(log.readings, log.measured, kept, run)
+        of_run[run] = [*prediction.agreeing(tried, odd)]
+    for exchange in _exchanges(log, prediction, of_run):
+        share = exchange.log_density / len(of_run.keys() & exchange.runs)
+        for run in exchange.runs:
+            half = replace(exchange, log_density=share if run in odd else 0.0)
+            of_run.setdefault(run, []).append(half)
+    return of_run
 
 
 def _exchanges(
-    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> list[tuple[str, dict[int, float]]]:
-    """Find runs whose cells are exchanged: words, and the score of each run."""
-    gains = [*_gains_of_exchanges(log, prediction, of_run)]
+    log: Log, prediction: Prediction, of_run: Mapping[int, list[Correction]]
+) -> list[Correction]:
+    """List the exchanges that are more probable than other errors of the outliers."""
+    gains = []
+    for pair in combinations(range(len(log.measured.runs)), 2):
+        odd = of_run.keys() & pair
+        tried = corrections.of_pair(log.readings, *pair) if odd else ()
+        before = sum([_log_sum(of_run[run]) for run in odd])
+        for exchange in prediction.agreeing(tried, odd):
+            gain = exchange.log_density - before
+            if gain > 0:
+                gains.append((gain, exchange))
     used: set[int] = set()
     exchanges = []
-    for _, correction, scores in sorted(gains, key=itemgetter(0), reverse=True):
-        if not used.intersection(correction.runs):
-            used.update(correction.runs)
-            exchanges.append((correction.words, scores))
+    for _, exchange in sorted(gains, key=itemgetter(0), reverse=True):
+        if used.isdisjoint(exchange.runs):
+            used.update(exchange.runs)
+            exchanges.append(exchange)
     return exchanges
 
 
-def _gains_of_exchanges(
-    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> Iterator[tuple[float, Correction, dict[int, float]]]:
-    """Yield the exchanges that are more probable than other errors of the outliers.
-
-    Each is a gain of the log of the probability, the correction, and the scores.
-    """
-    for first, second in combinations(range(len(log.measured.runs)), 2):
-        if first not in of_run and second not in of_run:
-            continue
-        for correction in corrections.of_pair(log.readings, first, second):
-            scores = _scores_of_pair(log, prediction, of_run, correction)
-            before = [_log_sum(of_run[run]) for run in scores if run in of_run]
-            gain = sum(scores.values()) - sum(before)
-            if math.isfinite(gain) and gain > 0:
-                yield gain, correction, scores
-
-
-def _scores_of_pair(
-    log: Log,
-    prediction: Prediction,
-    of_run: Mapping[int, Scores],
-    correction: Correction,
-) -> dict[int, float]:
-    """Score an exchange: each of two outliers gets a half of it.
-
-    The partner of an outlier may agree with the others by itself.
-    """
-    score = math.log(correction.common)
-    for run in correction.runs:
-        score += prediction.log_density(correction.measured, run)
-        if run not in of_run:
-            score -= prediction.log_density(log.measured, run)
-    odd = of_run.keys() & correction.runs
-    return {run: score / len(odd) * (run in odd) for run in correction.runs}
-
-
 def _with_corrections(
-    others: FitResult, run: int, scores: Scores, known: Outlier | None
+    others: FitResult, run: int, of_run: Sequence[Correction], known: Outlier | None
 ) -> Outlier:
     """Return an outlier with its probable corrections."""
     deviation = float(others.deviations[run])
     outlier = known or Outlier(run, deviation, slip=True)
-    scores = sorted(scores, reverse=True)
-    probable = [
-        score for score in scores if score.log_density > scores[0].log_density - CLEARLY
-    ]
-    likely = [score.words for score in probable[:MOST_SHOWN]]
-    is_wrong = outlier.slip or any(score.is_certain for score in probable)
+    ranked = sorted(of_run, key=attrgetter("log_density", "words"), reverse=True)
+    best = ranked[0].log_density if ranked else 0.0
+    probable = [each for each in ranked if each.log_density > best - CLEARLY]
+    likely = [each.words for each in probable[:MOST_SHOWN]]
+    is_wrong = outlier.slip or any(each.is_certain for each in probable)
     if not is_wrong and len(probable) > 1:
         # A run that is not clearly wrong may be odd by chance; then several
         # corrections may fit, or none.

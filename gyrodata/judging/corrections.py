@@ -263,9 +263,12 @@ def _unusual(
 ) -> float:
     """Return a factor on the probability of a value, for its size."""
     low, high = usual
+    before = abs(column.values[index] or 0.0)
     is_out = not low < abs(value) < high
-    was_out = not low < abs(column.values[index] or 0.0) < high
-    return UNUSUAL ** (int(is_out) - int(was_out and column.role not in TIMINGS))
+    was_out = not low < before < high
+    if column.role in TIMINGS:
+        was_out = False
+    return UNUSUAL ** (int(is_out) - int(was_out))
 
 
 def written(column: Column, index: int) -> str:
@@ -307,7 +310,9 @@ def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> b
     own.
     """
     steps = sum(value != other for value, other in pairwise(rest))
-    return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1
+    is_in_order = steps < len(set(rest))
+    is_one = len(set(near)) == 1
+    return is_in_order and is_one and rest.count(near[0]) > 1
 
 
 def of_typing(column: Column, index: int) -> Iterator[Cell]:
@@ -417,7 +422,7 @@ class Prediction(Struct, frozen=True):
 
         −inf if the run then deviates by more than `FITS` standard uncertainties.
         """
-        bias = self.others.timing_bias.value
+        bias = float(self.others.adjusted.unknowns[2])
         time = float(changed.time[run]) - bias
         fitted = float(self.others.fitted_time[run]) - bias
         longer = self._slowness(changed, run) / self._slowness(self.measured, run)
@@ -432,7 +437,8 @@ class Prediction(Struct, frozen=True):
 
     def _net_torque(self, measured: Measurements, run: int) -> float:
         """Return the net torque of a run [N*m]."""
-        torque = float(measured.torque[run]) + self.others.residual_torque.value
+        residual_torque = self.others.adjusted.unknowns[1]
+        torque = float(measured.torque[run] + residual_torque)
         return abs(torque) or math.nan
 
     def _slowness(self, measured: Measurements, run: int) -> float:
@@ -442,7 +448,7 @@ class Prediction(Struct, frozen=True):
 
     def _relative_u(self, changed: Measurements, run: int, time: float) -> float:
         """Return the relative u of the difference of a time from its prediction [1]."""
-        inertia = self.others.inertia.value
+        inertia = float(self.others.adjusted.unknowns[0])
         torque = self._net_torque(changed, run)
         slope = np.array([1 / inertia, -1 / torque, 0.0])
         variance = slope @ self.others.covariance @ slope

@@ -239,20 +239,29 @@ def diagnose(
     if not likely or "none" in [each.kind for each in likely]:
         of_runs = [each.outliers for each in likely if each.kind == "runs"]
         return Diagnosis(outliers=(*of_runs, tuple(outliers))[0])
-    wrong = set.intersection(*[set(each.wrong) for each in likely])
-    total = sum(math.exp(each.log_probability - best) for each in tried)
-    explained = [
-        Explanation(
-            each.kind,
-            each.words,
-            each.remedy,
-            math.exp(each.log_probability - best) / total,
-            tuple([measured.runs[run] for run in each.wrong]),
-            each.fit.inertia,
+    return _diagnosis(log, tried, likely)
+
+
+def _diagnosis(
+    log: Log, tried: Sequence[Hypothesis], likely: Sequence[Hypothesis]
+) -> Diagnosis:
+    """List the likely mistakes; `tried` and `likely` begin with the most probable."""
+    first = likely[0]
+    best = first.log_probability
+    total = sum([math.exp(each.log_probability - best) for each in tried])
+    explained = []
+    for each in likely[:MOST_LISTED]:
+        probability = math.exp(each.log_probability - best) / total
+        runs = tuple([log.measured.runs[run] for run in each.wrong])
+        explained.append(
+            Explanation(
+                each.kind, each.words, each.remedy, probability, runs, each.fit.inertia
+            )
         )
-        for each in likely[:MOST_LISTED]
-    ]
-    shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
+    wrong = set.intersection(*[set(each.wrong) for each in likely])
+    shown = first.outliers
+    if first.kind == "weight" and not wrong:
+        shown = ()
     return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
 
 
@@ -392,6 +401,7 @@ def _with_corrections(
     others: FitResult, run: int, of_run: Sequence[Correction], known: Outlier | None
 ) -> Outlier:
     """Return an outlier with its probable corrections."""
+    expected = float(others.fitted_time[run])
     deviation = float(others.deviations[run])
     outlier = known or Outlier(run, deviation, slip=True)
     ranked = sorted(of_run, key=attrgetter("log_density", "words"), reverse=True)
@@ -403,12 +413,9 @@ def _with_corrections(
         # A run that is not clearly wrong may be odd by chance; then several
         # corrections may fit, or none.
         likely = []
+    cells = tuple(likely)
     return replace(
-        outlier,
-        deviation=deviation,
-        expected=float(others.fitted_time[run]),
-        slip=is_wrong,
-        cells=tuple(likely),
+        outlier, deviation=deviation, expected=expected, slip=is_wrong, cells=cells
     )
 
 
@@ -460,18 +467,14 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     number = "both" if len(runs) == 2 else f"all {len(runs)}"
     words = f"{number} runs of {load} would agree with the others if "
     reason = f"the mass or the position of {load} is wrong"
-    outliers = [
-        Outlier(run, float(fit.deviations[run]), slip=True, cells=(reason,))
-        for run in runs
-    ]
+    outliers = []
+    for run in runs:
+        deviation = float(fit.deviations[run])
+        outliers.append(Outlier(run, deviation, slip=True, cells=(reason,)))
+    wrong = tuple(runs)
+    words += " or ".join(causes[:MOST_SHOWN])
     return Hypothesis(
-        "weight",
-        words + " or ".join(causes[:MOST_SHOWN]),
-        evidence,
-        tuple(runs),
-        fit,
-        WEIGH_AGAIN,
-        tuple(outliers),
+        "weight", words, evidence, wrong, fit, WEIGH_AGAIN, tuple(outliers)
     )
 
 
@@ -730,14 +733,11 @@ def _shared_hypothesis(log: Log, error: SharedError) -> Hypothesis:
     largest = np.ptp(np.append(0.0, sizes)) / error.unit
     off = largest * float(fit.error_of(error.kind)[0])
     size = abs(off)
-    words = error.words.format(size=size, sign=error.signs[int(off < 0)])
+    sign = error.signs[int(off < 0)]
+    words = error.words.format(size=size, sign=sign)
+    words = f"the runs would agree if {words}"
+    remedy = error.remedy.format(size=size, twice=2 * size)
     # A balance that differs as well is another explanation.
     evidence, _ = log.evidences(fit)
-    return Hypothesis(
-        error.kind,
-        f"the runs would agree if {words}",
-        evidence + math.log(SHARED_ERROR),
-        (),
-        fit,
-        error.remedy.format(size=size, twice=2 * size),
-    )
+    evidence += math.log(SHARED_ERROR)
+    return Hypothesis(error.kind, words, evidence, (), fit, remedy)

@@ -114,10 +114,13 @@ def _of_units(mistake: Mistake, unit: str) -> Mistake:
     """Return a mistake about a unit, with its factors, for a column in `unit`."""
     column = mistake.column
     factor = _size_of(column, mistake.read) / _size_of(column, mistake.meant)
-    # A spin in Hz is a spin in revolutions per second.
-    is_in_log = mistake.read == unit or (mistake.read == "Hz" and unit == "rps")
-    remedy = mistake.remedy or f'write the header as "{column} [{mistake.meant}]"'
-    mistake = replace(mistake, remedy=remedy, log=mistake.log if is_in_log else "")
+    if unit == "rps":
+        # A spin in Hz is a spin in revolutions per second.
+        unit = "Hz"
+    log = mistake.log if mistake.read == unit else ""
+    header = f"{column} [{mistake.meant}]"
+    remedy = mistake.remedy or f'write the header as "{header}"'
+    mistake = replace(mistake, remedy=remedy, log=log)
     if column in ("mass", "position"):
         return replace(mistake, torque=factor)
     return replace(mistake, product=1 / factor if column == "time" else factor)

@@ -65,11 +65,10 @@ def _weights_and_spins(
     """Ask for three weights, and for three spins of each that are far enough apart."""
     groups = measured.by_weight
     if len(groups) < 3:
-        torques = " and ".join(
-            f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups
-        )
+        torques = [1e3 * measured.torque[group[0]] for group in groups]
+        values = " and ".join([f"{torque:.3g}" for torque in torques])
         count = count_text(len(groups), "torque")
-        yield readings.say("too_few_weights", torques=count, values=torques)
+        yield readings.say("too_few_weights", torques=count, values=values)
     for group in groups:
         spins = np.sort(measured.spin[group])
         lacking = 3 - len(group)
@@ -109,7 +108,7 @@ mass [g],position [cm],spin [rpm],time [s],turns,{SENSE}
 def _with_unloaded_run(readings: Readings, lab: changes.Lab) -> str:
     """Write the header, the first run and one without a weight, with directions."""
     [change] = changes.CHANGES["unloaded_run"](lab)
-    mark, rows = rows_to_add(readings, change.measured or lab.measured, [-1])
+    mark, rows = rows_to_add(readings, change.measured, [-1])
     if SENSE not in readings.columns:
         for cells, text in zip(rows, (SENSE, "ccw", "ccw"), strict=False):
             cells.append(text)
@@ -175,8 +174,10 @@ def _first_rows(readings: Readings, title: str) -> tuple[str, list[str], list[st
 def _cell_text(column: Column, value: float) -> str:
     """Write a value [SI unit] like the first cell of a column, with three digits."""
     number = float(f"{value / unit_size(column):.3g}")
-    is_plain = PLAIN.fullmatch(column.readings[0].text) or column.role == "turns"
-    return f"{number:g}" if is_plain else f"{number:g} {column.unit}"
+    first = column.readings[0].text
+    if PLAIN.fullmatch(first) or column.role == "turns":
+        return f"{number:g}"
+    return f"{number:g} {column.unit}"
 
 
 def _times_and_falls(

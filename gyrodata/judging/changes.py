@@ -327,7 +327,8 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
     if not measured.torque.all():
         return
     # In the rest, the new run is like the last one.
-    more = select(measured, [*range(len(measured.runs)), len(measured.runs) - 1])
+    count = len(measured.runs)
+    more = select(measured, [*range(count), count - 1])
     for name, value in _reading_without_weight(lab).items():
         values = getattr(more, name)
         if not np.isnan(values).all():
@@ -345,8 +346,10 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
         "one run without a weight, with the direction of its precession (column "
         "precession_sense: ccw or cw)"
     )
-    names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
-    yield lab.change("unloaded_run", words, measured=replace(more, **names))
+    runs = (*measured.runs, "unloaded")
+    lines = (*measured.lines, 0)
+    more = replace(more, runs=runs, lines=lines)
+    yield lab.change("unloaded_run", words, measured=more)
 
 
 def _reading_without_weight(lab: Lab) -> dict[str, float]:

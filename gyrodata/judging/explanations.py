@@ -423,10 +423,14 @@ def _words_of_runs(measured: Measurements, outliers: Sequence[Outlier]) -> str:
     """Return what is wrong with some runs, if they are wrong."""
     words: dict[str, None] = {}
     for outlier in outliers:
-        cell = next(iter(outlier.cells), "is wrong")
-        name = measured.runs[outlier.index]
-        colon = ":" if outlier.cells else ""
-        words[cell if "runs" in cell else f"run {name}{colon} {cell}"] = None
+        run = measured.runs[outlier.index]
+        cell = f"run {run} is wrong"
+        if outlier.cells:
+            cell = outlier.cells[0]
+            # An exchange names both runs.
+            if "runs" not in cell:
+                cell = f"run {run}: {cell}"
+        words[cell] = None
     return "; ".join(words)
 
 
@@ -447,14 +451,15 @@ def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
 
 def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     """Suppose that the load of some runs can have every value."""
-    own = log.measured.single_inertia
+    measured = log.measured
+    own = measured.single_inertia
     others = np.delete(own, runs)
     # With this factor on the load, the runs agree with the others but for M0.
     factor = fitting.median(others[others > 0]) / fitting.median(own[runs])
     fit = log.fit(_with_free_load(log, runs, factor))
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = _near(factor, _slips(log.readings))
-    counts = _near(factor, _counts(log.measured.turns[runs]))
+    counts = _near(factor, _counts(measured.turns[runs]))
     causes = [*slips, *counts, *_values_of_load(log, runs[0], factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
@@ -463,8 +468,9 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
         evidence += math.log(KNOWN_SLIP)
     elif abs(math.log(factor)) > LARGE:
         evidence += math.log(RARE)
-    load = load_words(log.measured, runs[0])
-    number = "both" if len(runs) == 2 else f"all {len(runs)}"
+    load = load_words(measured, runs[0])
+    count = len(runs)
+    number = "both" if count == 2 else f"all {count}"
     words = f"{number} runs of {load} would agree with the others if "
     reason = f"the mass or the position of {load} is wrong"
     outliers = []
@@ -607,8 +613,9 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
                 continue
             turns[runs] = count
             load = load_words(measured, runs[0])
-            fits = f"{turn_words(count)}, not {turn_words(written).split(' ')[0]}"
-            words.append(f"the runs of {load} fit {fits}")
+            fits = turn_words(count)
+            number, _ = turn_words(written).split(" ")
+            words.append(f"the runs of {load} fit {fits}, not {number}")
             price += math.log(WRONG_COUNT)
         if max(counts) > 1:
             price -= math.log(PART_OF_A_TURN)

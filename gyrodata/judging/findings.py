@@ -36,7 +36,7 @@ from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS
-from gyrodata.readings import Column, Place, Readings, to_display
+from gyrodata.readings import Place, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
@@ -411,41 +411,40 @@ def _falling_mass(lab: JudgedLab) -> Iterator[Diagnostic]:
 
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report each column with which one more digit would make u(I_zz) much smaller."""
+    """Report each column with which one more digit would make u(I_zz) much smaller.
+
+    Show a number of it with enough digits.
+    """
     for role, now, then in changes.gains(lab, "one_more_digit", MUCH_BETTER):
-        yield _say_too_few_digits(lab.readings, lab.readings.columns[role], now, then)
+        column = lab.readings.columns[role]
+        size = np.abs(values_of(column))
+        size[[run for run, _ in column.stated]] = 0.0
+        run = int(np.where(size > 0, size, np.inf).argmin())
+        # A position may count from the surface of the ball: the number is as it was
+        # typed.
+        value = float(written(column, run).replace(",", "."))
+        step = column.steps[run] / unit_size(column)
+        high = value + step / 2
+        digits = max(0, 1 - round(math.log10(step)))
+        half, unit = to_display(column.steps[run] / 20, role)
+        yield lab.say(
+            "digits_too_few",
+            column.cell(run),
+            role=role,
+            text=column.readings[run].text,
+            low=value - step / 2,
+            high=f"{high:.4g} {column.unit}".rstrip(),
+            example=f"{value:.{digits}f}",
+            u=half,
+            unit=unit,
+            now=now,
+            then=then,
+        )
 
 
 MUCH_BETTER = 0.88
 """One more digit is worth writing if it reduces u of I_zz to this part of its value:
 the rounding is then a quarter of u²."""
-
-
-def _say_too_few_digits(
-    readings: Readings, column: Column, now: float, then: float
-) -> Diagnostic:
-    """Report a column with too few digits, and show a number with enough of them."""
-    size = np.abs(values_of(column))
-    size[[run for run, _ in column.stated]] = 0.0
-    run = int(np.where(size > 0, size, np.inf).argmin())
-    # A position may count from the surface of the ball: the number is as it was typed.
-    value = float(written(column, run).replace(",", "."))
-    step = column.steps[run] / unit_size(column)
-    digits = max(0, 1 - round(math.log10(step)))
-    half, unit = to_display(column.steps[run] / 20, column.role)
-    return readings.say(
-        "digits_too_few",
-        column.cell(run),
-        role=column.role,
-        text=column.readings[run].text,
-        low=value - step / 2,
-        high=f"{value + step / 2:.4g} {column.unit}".rstrip(),
-        example=f"{value:.{digits}f}",
-        u=half,
-        unit=unit,
-        now=now,
-        then=then,
-    )
 
 
 def _silent_effects(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -646,7 +645,7 @@ def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
 def _other_body(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an I_zz that differs from the ball, or columns that are not usual."""
     ball = lab.ball
-    if (ball is not None and _is_far(ball)) or _is_unusual(lab):
+    if any(_body(lab)):
         return
     if ball is not None and not lab.contradicts_itself:
         yield from _ball_differs(lab, ball)

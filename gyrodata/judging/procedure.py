@@ -188,20 +188,20 @@ def _times_and_falls(
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
+        place = readings.place(worst)
         times = count_text(len(short), "time")
         runs = measured.run_words(short)
-        values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
-        yield readings.say(
-            "times_too_short", readings.place(worst), times=times, runs=runs, **values
-        )
+        percent = 100 * 0.14 / time
+        values = {"limit": SHORT, "time": time, "percent": percent}
+        yield readings.say("times_too_short", place, times=times, runs=runs, **values)
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = 1 - measured.spin_end / measured.spin_start
     far = np.flatnonzero(fall > FALL)
     if len(far):
         worst = int(far[np.argmax(fall[far])])
-        values = {"most": 100 * fall[worst], "run": measured.runs[worst]}
+        most = 100 * fall[worst]
+        run = measured.runs[worst]
+        place = readings.place(worst)
         runs = measured.run_words(far)
-        yield readings.say(
-            "spin_falls_too_much", readings.place(worst), runs=runs, **values
-        )
+        yield readings.say("spin_falls_too_much", place, runs=runs, most=most, run=run)

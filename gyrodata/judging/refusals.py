@@ -31,11 +31,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     # become smaller without limit.
     inertia = own
     for _round in range(8):
-        before = inertia
-        slowing, _ = Motion((RELEASED,)).correction(_tops(loaded, before), runs)
+        slowing, _ = Motion((RELEASED,)).correction(_tops(loaded, inertia), runs)
         inertia = np.fmax(own / slowing, own / 10)
-        if np.allclose(inertia, before, rtol=0.01):
-            break
     usual = fitting.median(inertia)
     top = _tops(loaded, np.full(len(own), usual))
     spin = conserved_spin(top, runs)

@@ -461,6 +461,12 @@ def _one_more_digit(lab: Lab) -> Iterator[Change]:
         if readings is None or not is_large or role not in readings.columns:
             continue
         column = readings.columns[role]
+        # A fit is only worth its time if rounding is a large part of the error.
+        rounding = np.array(column.steps) / math.sqrt(12)
+        [source] = [each for each in lab.measured.sources if each.name == role]
+        of_reading = source.relative * np.abs(getattr(lab.measured, role))
+        if (rounding < 0.5 * (source.absolute + of_reading)).all():
+            continue
         finer = [
             replace(reading, step=reading.step and reading.step / 10)
             for reading in column.readings

@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.units import parse_unit
 from gyrodata.readings import Readings, kind_of_role
@@ -96,17 +96,11 @@ def list_mistakes(
 def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
     """Return the units of the columns of a log, and the number of turns of all runs."""
     units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
-    spins = [
-        _unit(readings, role) for role in readings.columns if role.startswith("spin")
-    ]
-    units["spin"] = next(filter(None, spins), "rpm")
+    units["spin"] = spin_columns(readings)[0].unit or "rpm"
     if measured.timed:
-        counts = [
-            words
-            for words, count in COUNTS.items()
-            if np.allclose(measured.turns, count)
-        ]
-        units["turns"] = "".join(counts[:1])
+        for words, count in COUNTS.items():
+            if np.allclose(measured.turns, count):
+                units["turns"] = words
     return units
 
 

@@ -66,15 +66,10 @@ def list_blocks(lab: Lab) -> tuple[Block, ...]:
         runs = np.flatnonzero(measured.day == number).tolist()
         left_out = [place for place, run in enumerate(runs) if run in lab.left_out]
         alone = _fit_alone(lab, runs, left_out)
-        blocks.append(
-            Block(
-                name=name,
-                runs=len(runs) - len(left_out),
-                inertia=alone,
-                inertia_reason=None if alone else NOT_DETERMINED,
-                residual_torque=_residual_torque(lab.fit, covariance, runs[0]),
-            )
-        )
+        reason = None if alone else NOT_DETERMINED
+        m0 = _residual_torque(lab.fit, covariance, runs[0])
+        kept = len(runs) - len(left_out)
+        blocks.append(Block(name, kept, alone, reason, m0))
     return tuple(blocks)
 
 

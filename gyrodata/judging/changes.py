@@ -38,7 +38,7 @@ from gyrodata.measurements import (
 )
 from gyrodata.measurements.sources import list_sources
 from gyrodata.physics import Floats, models
-from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
+from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel, TimedRuns
 from gyrodata.quantities.error_sources import DECAY_TIME
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Readings
@@ -83,6 +83,11 @@ class Lab(Struct, frozen=True):
         return fitting.relative_u(self.fit.inertia)
 
     @property
+    def timed_runs(self) -> TimedRuns:
+        """The readings that a model of motion needs."""
+        return fitting.timed_runs(self.measured)
+
+    @property
     def is_long(self) -> bool:
         """Whether nothing is asked of this log, because each answer takes too long."""
         return len(self.measured.runs) > MOST_RUNS
@@ -99,7 +104,7 @@ class Lab(Struct, frozen=True):
         The keywords `how` replace other fields of the change.
         """
         runs = replace(self.measured, **changed) if changed else self.measured
-        return replace(Change(name, words, runs, self.motion, self.left_out), **how)
+        return replace(Change(name, words, runs, left_out=self.left_out), **how)
 
 
 class Change(Struct, frozen=True):
@@ -108,10 +113,10 @@ class Change(Struct, frozen=True):
     name: str
     """Its name in the JSON."""
     words: str
-    """What is different, for users; of an effect, why it is kept or dropped."""
-    measured: Measurements | None
-    """None: there is nothing to fit."""
-    motion: Motion
+    """What is different, for users; of an effect, what is known of it."""
+    measured: Measurements
+    motion: Motion | None = None
+    """None: the model that the changed log needs."""
     left_out: tuple[int, ...] = ()
     widths: Widths | None = None
     """Fixed widths; None: integrate over them as for the log."""
@@ -120,11 +125,8 @@ class Change(Struct, frozen=True):
     is_always_advised: bool = False
     """Of advice: whether it is given even if u becomes only a little smaller."""
     kept: bool = False
-    """Of an effect: whether the model of the log takes it into account."""
-    without: bool = True
-    """Of an effect: whether the change leaves it out, or adds it."""
-    sized: bool = True
-    """Of an effect: whether its size decides if it is kept."""
+    """Of an effect: whether the model of the log takes it into account, and the change
+    leaves it out; if not, the change adds it."""
     in_u: bool = False
     """Of an effect: whether u of I_zz contains the doubt about it."""
     model: MotionModel | None = None
@@ -158,10 +160,7 @@ def effect_words(name: str) -> str:
 def _effects(lab: Lab) -> Iterator[Change]:
     """List all effects: each is in the fit and is left out here, or is added here."""
     yield _residual_torque(lab)
-    yield _balance_change(lab)
-    yield _timing_bias(lab)
-    yield _falling_spin(lab)
-    yield _delay_of_spin(lab)
+    yield from _errors_of_all_runs(lab)
     for model in models.of_effects().values():
         yield _effect_of_model(lab, model)
         if model.tilted:
@@ -170,93 +169,49 @@ def _effects(lab: Lab) -> Iterator[Change]:
 
 def _residual_torque(lab: Lab) -> Change:
     """Suppose that M0 is zero: a run without a weight then is not used."""
-    measured = lab.measured
     widths = lab.fit.widths
-    words = "unknown beforehand: M0 has a prior with wide tails"
     assert widths.residual_torque is not None
-    none = replace(
-        widths,
-        residual_torque=fitting.NEGLIGIBLE * widths.residual_torque,
-        level=0.0,
-    )
-    unloaded = np.flatnonzero(measured.torque == 0).tolist()
+    nearly_zero = fitting.NEGLIGIBLE * widths.residual_torque
+    unloaded = np.flatnonzero(lab.measured.torque == 0).tolist()
     return lab.change(
         "residual_torque",
-        words,
+        "unknown beforehand: M0 has a prior with wide tails",
         kept=True,
-        sized=False,
         left_out=tuple({*lab.left_out, *unloaded}),
-        widths=none,
+        widths=replace(widths, residual_torque=nearly_zero, level=0.0),
     )
 
 
-def _timing_bias(lab: Lab) -> Change:
-    """Suppose that the hand is neither late nor early on average."""
-    name = "timing_bias"
-    width = lab.measured.timing_bias_u
-    if not width:
-        words = "not a stopwatch's time, or u_time_bias is 0"
-        return lab.change(name, words, sized=False)
-    words = f"unknown beforehand, ± {width:g} s"
-    return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True, sized=False)
-
-
-def _falling_spin(lab: Lab) -> Change:
-    """Use the plain mean of the spins at the start and the end of a run."""
+def _errors_of_all_runs(lab: Lab) -> Iterator[Change]:
+    """Leave out what the fit supposes of the balance, the hand and the spin."""
     measured = lab.measured
-    name = "spin_decay"
+    if measured.balance_differs:
+        # M0 is the same with every weight.
+        width = lab.fit.widths.level
+        words = f"unknown beforehand: its width is estimated as {width:.2g} N·m"
+        yield lab.change(BALANCE_CHANGE, words, UNTOUCHED, kept=True, in_u=True)
+    if measured.timing_bias_u:
+        words = f"unknown beforehand, ± {measured.timing_bias_u:g} s"
+        yield lab.change("timing_bias", words, {"timing_bias_u": 0.0}, kept=True)
     start = measured.spin_start
     end = measured.spin_end
-    if start is None or end is None:
-        words = (
-            "one reading in each run: "
-            "at the midpoint its error is 0.05 % for a fall of 10 %"
-        )
-        return lab.change(name, words, sized=False, measured=None)
-    words = "the harmonic mean in time is used, because it costs nothing"
-    plain = {"spin": (start + end) / 2}
-    return lab.change(name, words, plain, kept=True, sized=False)
-
-
-def _balance_change(lab: Lab) -> Change:
-    """Suppose that M0 is the same with every weight."""
-    measured = lab.measured
-    name = BALANCE_CHANGE
-    if not measured.balance_differs:
-        words = 'the log says "# balance: untouched", or it has one weight'
-        return lab.change(name, words, sized=False, measured=None)
-    width = lab.fit.widths.level
-    words = f"unknown beforehand: its width is estimated as {width:.2g} N·m"
-    return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
-
-
-def _delay_of_spin(lab: Lab) -> Change:
-    """Leave out the correction for a spin that was read after the middle of the run.
-
-    The spin had already fallen when it was read.
-    """
-    measured = lab.measured
-    if measured.delay_factor is None:
-        words = (
-            "no delay on average: the log states u_spin_delay, or the spin was not "
-            "read once in each run"
-        )
-        return lab.change("spin_delay", words, sized=False)
-    law = "as the log shows"
-    if measured.drag is None:
-        law = "as usual, because the log has no spin-down"
-    words = (
-        f"the spin is corrected for its fall during the delay, {law}; u includes the "
-        f"uncertainty of the delay"
-    )
-    return lab.change(
-        "spin_delay", words, {"delay_factor": None}, kept=True, sized=False, in_u=True
-    )
+    if start is not None and end is not None:
+        words = "the harmonic mean in time is used, because it costs nothing"
+        plain = {"spin": (start + end) / 2}
+        yield lab.change("spin_decay", words, plain, kept=True)
+    if measured.delay_factor is not None:
+        # The spin had already fallen when it was read.
+        law = "as the log shows"
+        if measured.drag is None:
+            law = "as usual, because the log has no spin-down"
+        words = f"the spin is corrected for its fall during the delay, {law}"
+        changed = {"delay_factor": None}
+        yield lab.change("spin_delay", words, changed, kept=True, in_u=True)
 
 
 def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
     """Leave out the effect of a model of motion, or add it to a log without it."""
-    runs = fitting.timed_runs(lab.measured)
+    runs = lab.timed_runs
     # Without a reading for the effect, its size is that of a typical rod.
     supposed = model.supposed(runs)
     used = lab.motion.of_effect(model.effect)
@@ -264,9 +219,7 @@ def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
     if used is None or supposed:
         words = model.reason(runs, False, as_asked)
         other = lab.motion.including(model)
-        return lab.change(
-            model.effect, words, supposed, without=False, motion=other, model=model
-        )
+        return lab.change(model.effect, words, supposed, motion=other, model=model)
     words = used.reason(runs, True, as_asked)
     other = lab.motion.without(model.effect)
     return lab.change(model.effect, words, kept=True, motion=other, model=used)
@@ -284,7 +237,7 @@ def _total_spin_read(lab: Lab) -> Iterator[Change]:
     spin = measured.spin - total_spin_excess(
         lab.fit.sense, measured.turns, measured.time, measured.pitch
     )
-    yield lab.change("tachometer", words, {"spin": spin}, without=False)
+    yield lab.change("tachometer", words, {"spin": spin})
 
 
 # --- sensitivity: what the answer depends on ---
@@ -374,7 +327,8 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
     if not measured.torque.all():
         return
     # In the rest, the new run is like the last one.
-    more = select(measured, [*range(len(measured.runs)), len(measured.runs) - 1])
+    count = len(measured.runs)
+    more = select(measured, [*range(count), count - 1])
     for name, value in _reading_without_weight(lab).items():
         values = getattr(more, name)
         if not np.isnan(values).all():
@@ -392,8 +346,10 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
         "one run without a weight, with the direction of its precession (column "
         "precession_sense: ccw or cw)"
     )
-    names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
-    yield lab.change("unloaded_run", words, measured=replace(more, **names))
+    runs = (*measured.runs, "unloaded")
+    lines = (*measured.lines, 0)
+    more = replace(more, runs=runs, lines=lines)
+    yield lab.change("unloaded_run", words, measured=more)
 
 
 def _reading_without_weight(lab: Lab) -> dict[str, float]:
@@ -469,14 +425,12 @@ def _advice(lab: Lab) -> Iterator[Change]:
         yield lab.change("balance_test", words, {"balance_test": test})
     if measured.timed:
         off = fit.timing_bias.value + (measured.time - fit.fitted_time)
+        time = 3 * (measured.time - off)
         turns = 3 * measured.turns
         # Whole turns end where they began: no mark has to be sighted.
         part = np.abs(turns - np.round(turns)) > WHOLE
-        changed = {
-            "time": 3 * (measured.time - off) + off,
-            "turns": turns,
-            "sources": _scaled(measured, ("angle", "screw_angle"), part),
-        }
+        sources = _scaled(measured, ("angle", "screw_angle"), part)
+        changed = {"time": time + off, "turns": turns, "sources": sources}
         words = "time three times as many turns of the rod in every run"
         yield lab.change("three_times", words, changed)
 
@@ -503,15 +457,15 @@ def _one_more_digit(lab: Lab) -> Iterator[Change]:
     readings = lab.readings
     shares = {share.source: share.share for share in lab.fit.budget}
     for role in ROUNDED:
-        if readings is None or shares.get(role, 0.0) < MUCH_ROUNDING:
+        is_large = shares.get(role, 0.0) >= MUCH_ROUNDING
+        if readings is None or not is_large or role not in readings.columns:
             continue
-        column = readings.columns.get(role)
+        column = readings.columns[role]
+        # A fit is only worth its time if rounding is a large part of the error.
+        rounding = np.array(column.steps) / math.sqrt(12)
         [source] = [each for each in lab.measured.sources if each.name == role]
-        if column is None:
-            continue
-        size = source.absolute + source.relative * np.abs(getattr(lab.measured, role))
-        # The rounding is a step over √12.
-        if (np.array(column.steps) < math.sqrt(3) * size).all():
+        of_reading = source.relative * np.abs(getattr(lab.measured, role))
+        if (rounding < 0.5 * (source.absolute + of_reading)).all():
             continue
         finer = [
             replace(reading, step=reading.step and reading.step / 10)
@@ -570,35 +524,32 @@ class Effect(Struct, frozen=True):
 
 def _bias(lab: Lab, change: Change) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if impossible."""
-    if (
-        change.measured is lab.measured
-        and change.motion == lab.motion
-        and not change.widths
-    ):
+    motion = change.motion or lab.motion
+    change = replace(change, motion=motion)
+    is_same = change.measured is lab.measured and motion == lab.motion
+    if is_same and not change.widths:
         return 0.0
-    if change.measured is None:
-        return None
     try:
-        _, fit = fitting.fit_model(
-            change.measured,
-            change.motion,
-            change.left_out,
-            change.widths or lab.fit.widths,
-            lab.fit,
-        )
-        # With the widths held, the fit gives no posterior: so the adjusted values of
-        # both fits are compared, and not the means of their posterior distributions.
-        ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
-        is_large = abs(ratio - 1) > CLEARLY_SMALL * lab.relative_u
-        if is_large and lab.fit.posterior is not None and not change.widths:
-            # A large effect changes how the runs scatter, and so the widths.
-            _, fit = fitting.fit_model(
-                change.measured, change.motion, change.left_out, near=fit
-            )
-            ratio = fit.inertia.value / lab.fit.inertia.value
+        ratio = _ratio_of_inertia(lab, change)
     except fitting.NoFit:
         return None
-    return ratio - 1 if change.without else 1 / ratio - 1
+    return ratio - 1 if change.kept else 1 / ratio - 1
+
+
+def _ratio_of_inertia(lab: Lab, change: Change) -> float:
+    """Return I_zz of a changed log over that of the log."""
+    # With the widths held, the fit gives no posterior: so the adjusted values of both
+    # fits are compared, and not the means of their posterior distributions.
+    fit = lab.fit
+    widths = change.widths or fit.widths
+    at_widths = _fit_of(lab, replace(change, widths=widths))
+    ratio = at_widths.inertia.value / float(fit.adjusted.unknowns[0])
+    is_small = abs(ratio - 1) <= CLEARLY_SMALL * lab.relative_u
+    if is_small or change.widths or fit.posterior is None:
+        return ratio
+    # A large effect changes how the runs scatter, and so the widths.
+    changed = _fit_of(lab, change).inertia
+    return changed.value / fit.inertia.value
 
 
 def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect, ...]:
@@ -608,47 +559,32 @@ def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect
     """
     if lab.is_long or (names is not None and not names):
         return ()
-    u = lab.relative_u
-    listed = [
-        change
-        for change in CHANGES["effect"](lab)
-        if names is None or change.name in names
-    ]
-    return tuple([_size_up(lab, change, u) for change in listed])
+    effects = CHANGES["effect"](lab)
+    return tuple(
+        [_size_up(lab, each) for each in effects if names is None or each.name in names]
+    )
 
 
-def _size_up(lab: Lab, change: Change, u: float) -> Effect:
-    """Return an effect with its size; `u` is the relative u of I_zz [1]."""
+def _size_up(lab: Lab, change: Change) -> Effect:
+    """Return an effect with its size."""
     bias = _bias(lab, change)
-    if bias is not None and _has_unknown_sign(lab, change):
+    if bias is None:
+        reason = f"{change.words}: without a fit that could be compared"
+        return Effect(change.name, None, None, change.kept, change.in_u, reason)
+    if _has_unknown_sign(lab, change):
         bias = abs(bias)
-    size = abs(bias) / u if bias is not None and u else None
-    reason = change.words
-    if change.sized and bias is None:
-        reason += ": without a fit that could be compared"
-    elif change.sized and size is not None:
-        reason += f": {size:.2g} u{_verdict(lab, change, size)}"
-    return Effect(change.name, bias, size, change.kept, change.in_u, reason)
+    u = lab.relative_u
+    size = None
+    if u:
+        size = abs(bias) / u
+    return Effect(change.name, bias, size, change.kept, change.in_u, change.words)
 
 
 def _has_unknown_sign(lab: Lab, change: Change) -> bool:
     """Return whether an effect is in every log, in a sense that it does not say."""
     if change.model is None or not change.model.always:
         return False
-    return not change.model.is_stated(fitting.timed_runs(lab.measured))
-
-
-def _verdict(lab: Lab, change: Change, size: float) -> str:
-    """Return what the size of an effect [u] means for the answer."""
-    if lab.asked:
-        return ""
-    if change.kept:
-        if change.model is None or size >= DROP_ONE:
-            return ""
-        return "; kept: without it single runs, or all that is left out, would deviate"
-    if size < DROP_ONE:
-        return ", small enough"
-    return ", NOT small, and the log does not say enough to correct for it"
+    return not change.model.is_stated(lab.timed_runs)
 
 
 def _biases(lab: Lab, model: MotionModel) -> Floats:
@@ -659,7 +595,7 @@ def _biases(lab: Lab, model: MotionModel) -> Floats:
     """
     top = fitting.top_of(lab.measured, lab.fit)
     first = models.of_effects()[model.effect]
-    return Motion((first,)).bias_if_left_out(top, fitting.timed_runs(lab.measured))
+    return Motion((first,)).bias_if_left_out(top, lab.timed_runs)
 
 
 def size_of_model(lab: Lab, model: MotionModel) -> float:
@@ -680,7 +616,7 @@ above this part of `DROP_ONE`."""
 
 def assumed_effects(lab: Lab) -> tuple[str, ...]:
     """Return the effects of a silent log that are used or may matter."""
-    runs = fitting.timed_runs(lab.measured)
+    runs = lab.timed_runs
     effects = []
     for model in MODELS:
         if not model.is_silent(runs):
@@ -757,6 +693,7 @@ def _fits(
     measured: Measurements,
     left_out: tuple[int, ...] = (),
     near: FitResult | None = None,
+    widths: Widths | None = None,
 ) -> Fits:
     """Return a function that fits a log with a motion, or raises `NoFit`.
 
@@ -765,7 +702,7 @@ def _fits(
 
     @cache
     def lab(motion: Motion) -> Lab:
-        runs, fit = fitting.fit_model(measured, motion, left_out, near=near)
+        runs, fit = fitting.fit_model(measured, motion, left_out, widths, near)
         return Lab(None, runs, fit, motion, left_out)
 
     return lab
@@ -773,10 +710,10 @@ def _fits(
 
 def _fit_of(lab: Lab, change: Change) -> FitResult:
     """Fit a changed log with the model that it needs."""
-    measured = change.measured or lab.measured
-    fits = _fits(measured, change.left_out, lab.fit)
-    motion = change.motion
-    if not lab.asked and len(measured.runs) <= FEW:
+    measured = change.measured
+    fits = _fits(measured, change.left_out, lab.fit, change.widths)
+    motion = change.motion or lab.motion
+    if not (change.motion or lab.asked) and len(measured.runs) <= FEW:
         # As for the log itself, the models are chosen with all runs: `fits` has fewer.
         motion = choose_model(measured, fits=None if change.left_out else fits)
     return fits(motion).fit
@@ -839,7 +776,7 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
     stay below their limits. What the log states is also needed if the single runs show
     it; what it does not state is assumed for its effect on I_zz only.
     """
-    runs = fitting.timed_runs(lab.measured)
+    runs = lab.timed_runs
     sizes = {model: size_of_model(lab, model) for model in offered.models}
     dropped = 0.0
     for model, size in sorted(sizes.items(), key=itemgetter(1)):

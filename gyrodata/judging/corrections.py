@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import string
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from itertools import pairwise, product
 
@@ -21,7 +21,6 @@ from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
 from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role, timing_column, values_of
-from gyrodata.physics import Floats
 from gyrodata.quantities.numerals import PLAIN, as_read
 from gyrodata.readings import Column, Reading, Readings
 from gyrodata.readings.roles import TIMINGS
@@ -72,6 +71,8 @@ class Correction(Struct, frozen=True):
     is_certain: bool = False
     """Whether a run that agrees after it is certainly wrong: the agreement with another
     count, or of two exchanged cells, does not happen by chance."""
+    log_density: float = -math.inf
+    """Log of the probability density of the times after it, times how common it is."""
 
 
 class Cell(Struct, frozen=True):
@@ -262,9 +263,12 @@ def _unusual(
 ) -> float:
     """Return a factor on the probability of a value, for its size."""
     low, high = usual
+    before = abs(column.values[index] or 0.0)
     is_out = not low < abs(value) < high
-    was_out = not low < abs(column.values[index] or 0.0) < high
-    return UNUSUAL ** (int(is_out) - int(was_out and column.role not in TIMINGS))
+    was_out = not low < before < high
+    if column.role in TIMINGS:
+        was_out = False
+    return UNUSUAL ** (int(is_out) - int(was_out))
 
 
 def written(column: Column, index: int) -> str:
@@ -306,7 +310,9 @@ def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> b
     own.
     """
     steps = sum(value != other for value, other in pairwise(rest))
-    return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1
+    is_in_order = steps < len(set(rest))
+    is_one = len(set(near)) == 1
+    return is_in_order and is_one and rest.count(near[0]) > 1
 
 
 def of_typing(column: Column, index: int) -> Iterator[Cell]:
@@ -387,62 +393,71 @@ def _other_digits(number: str) -> Iterator[tuple[str, str, str]]:
 # --- how well a corrected run agrees with the others ---
 
 
-class Prediction:
+class Prediction(Struct, frozen=True):
     """Predictions of the fit of some runs for the times of the others."""
 
-    def __init__(self, measured: Measurements, others: fitting.FitResult) -> None:
-        """`others` is a fit of `measured` without some runs."""
-        self.others = others
-        deviations = np.abs(others.deviations[others.adjusted.kept > 0])
-        self.typical = max(1.0, fitting.MAD_TO_SD * fitting.median(deviations))
-        fitted = others.fitted_time - others.timing_bias.value
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = fitted / self._steady_time(measured)
-        # Without a torque, as if a weight is typed in kg under g, the ratio of a run is
-        # only rounding: that of the other runs replaces it.
-        torque = self._torque(measured)
-        is_loaded = torque > SMALL * fitting.median(torque)
-        self.ratio = np.where(is_loaded, ratio, fitting.median(ratio[is_loaded]))
+    measured: Measurements
+    """The log."""
+    others: fitting.FitResult
+    """A fit of it without some runs."""
 
-    def _torque(self, measured: Measurements) -> Floats:
-        """Return the net torque of each run [N*m], shape (n,)."""
-        return np.abs(measured.torque + self.others.residual_torque.value)
+    def agreeing(
+        self, tried: Iterable[Correction], odd: Collection[int]
+    ) -> Iterator[Correction]:
+        """Yield the corrections after which their runs agree with the others.
 
-    def _steady_time(self, measured: Measurements) -> Floats:
-        """Return the time of each run of a steady, level rod [s], shape (n,)."""
-        moment = self.others.inertia.value * measured.corrected_spin
-        return 2 * np.pi * measured.turns * moment / self._torque(measured)
+        A run that is not odd agreed before: the density of its time is divided by that.
+        """
+        for correction in tried:
+            density = math.log(correction.common)
+            for run in correction.runs:
+                density += self._log_density(correction.measured, run)
+                if run not in odd:
+                    density -= self._log_density(self.measured, run)
+            if math.isfinite(density):
+                yield replace(correction, log_density=density)
 
-    def _relative_u(self, changed: Measurements, run: int) -> float:
-        """Return the relative u of the difference of a time from its prediction [1]."""
-        torque = self._torque(changed)[run]
-        slope = np.array([1 / self.others.inertia.value, -1 / torque, 0.0])
-        variance = slope @ self.others.covariance @ slope
-        own = float(changed.own_relative[run])
-        return self.typical * math.sqrt(max(variance, 0.0) + own**2)
-
-    def log_density(self, changed: Measurements, run: int) -> float:
+    def _log_density(self, changed: Measurements, run: int) -> float:
         """Return the log of the probability density of ln T of a run of a changed log.
 
         −inf if the run then deviates by more than `FITS` standard uncertainties.
         """
-        times = changed.time.copy()
-        with np.errstate(divide="ignore", invalid="ignore"):
-            predicted = float(self.ratio[run] * self._steady_time(changed)[run])
-            # A time that is much too small is not as uncertain as its own size says.
-            times[run] = predicted
-            u = self._relative_u(replace(changed, time=times), run)
-        time = float(changed.time[run]) - self.others.timing_bias.value
-        if not (time > 0 and 0 < predicted < math.inf and 0 < u < math.inf):
+        bias = float(self.others.adjusted.unknowns[2])
+        time = float(changed.time[run]) - bias
+        fitted = float(self.others.fitted_time[run]) - bias
+        longer = self._slowness(changed, run) / self._slowness(self.measured, run)
+        predicted = fitted * longer
+        if not (time > 0 and 0 < predicted < math.inf):
             return -math.inf
+        u = self._relative_u(changed, run, predicted)
         off = (time / predicted - 1) / u
         if abs(off) > FITS:
             return -math.inf
         return -0.5 * off**2 - math.log(u) - HALF_LOG_2PI
 
+    def _net_torque(self, measured: Measurements, run: int) -> float:
+        """Return the net torque of a run [N*m]."""
+        residual_torque = self.others.adjusted.unknowns[1]
+        torque = float(measured.torque[run] + residual_torque)
+        return abs(torque) or math.nan
 
-SMALL = 0.05
-"""Smallest torque of a run with a weight, as a part of the median torque [1]."""
+    def _slowness(self, measured: Measurements, run: int) -> float:
+        """Return the time of a run over 2π I_zz, by eq. (9) [s/(kg*m^2)]."""
+        angle = measured.turns[run] * measured.corrected_spin[run]
+        return float(angle) / self._net_torque(measured, run)
+
+    def _relative_u(self, changed: Measurements, run: int, time: float) -> float:
+        """Return the relative u of the difference of a time from its prediction [1]."""
+        inertia = float(self.others.adjusted.unknowns[0])
+        torque = self._net_torque(changed, run)
+        slope = np.array([1 / inertia, -1 / torque, 0.0])
+        variance = slope @ self.others.covariance @ slope
+        # A time that is much too small is not as uncertain as its own size says.
+        times = changed.time.copy()
+        times[run] = time
+        own = float(replace(changed, time=times).own_relative[run])
+        return math.sqrt(max(variance, 0.0) + own**2)
+
 
 FITS = 3.0
 """A correction fits if the run is then off by less than this many standard

@@ -37,6 +37,7 @@ from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
 from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role
+from gyrodata.physics import Floats
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.numerals import as_read
 from gyrodata.readings import Column, Readings
@@ -233,18 +234,34 @@ def diagnose(
     """
     log = Log(readings, measured, tilted)
     tried = _hypotheses(log, base, outliers)
-    likely = _comparable(tried)
+    best = max([each.log_probability for each in tried], default=0.0)
+    likely = [each for each in tried if each.log_probability > best - CLEARLY]
     if not likely or "none" in [each.kind for each in likely]:
         of_runs = [each.outliers for each in likely if each.kind == "runs"]
         return Diagnosis(outliers=(*of_runs, tuple(outliers))[0])
+    return _diagnosis(log, tried, likely)
+
+
+def _diagnosis(
+    log: Log, tried: Sequence[Hypothesis], likely: Sequence[Hypothesis]
+) -> Diagnosis:
+    """List the likely mistakes; `tried` and `likely` begin with the most probable."""
+    first = likely[0]
+    best = first.log_probability
+    total = sum([math.exp(each.log_probability - best) for each in tried])
+    explained = []
+    for each in likely[:MOST_LISTED]:
+        probability = math.exp(each.log_probability - best) / total
+        runs = tuple([log.measured.runs[run] for run in each.wrong])
+        explained.append(
+            Explanation(
+                each.kind, each.words, each.remedy, probability, runs, each.fit.inertia
+            )
+        )
     wrong = set.intersection(*[set(each.wrong) for each in likely])
-    best = likely[0].log_probability
-    total = sum(math.exp(each.log_probability - best) for each in tried)
-    explained = [
-        _explanation(log, each, math.exp(each.log_probability - best) / total)
-        for each in likely[:MOST_LISTED]
-    ]
-    shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
+    shown = first.outliers
+    if first.kind == "weight" and not wrong:
+        shown = ()
     return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
 
 
@@ -259,21 +276,6 @@ def _hypotheses(
         tried += _wrong_counts(log)
         tried += _shared_errors(log)
     return sorted(tried, key=attrgetter("log_probability"), reverse=True)
-
-
-def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
-    """Return a hypothesis for users."""
-    runs = tuple([log.measured.runs[run] for run in each.wrong])
-    inertia = each.fit.inertia
-    return Explanation(each.kind, each.words, each.remedy, probability, runs, inertia)
-
-
-def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the most probable hypotheses: none is clearly less probable."""
-    if not tried:
-        return []
-    least = tried[0].log_probability - CLEARLY
-    return [each for each in tried if each.log_probability > least]
 
 
 # --- no mistake ---
@@ -326,18 +328,13 @@ def _runs_hypothesis(
     """Suppose that some runs are wrong, each by its most probable correction."""
     measured = log.measured
     others = log.fit(left_out=runs)
-    prediction = Prediction(measured, others)
-    kept = np.flatnonzero(others.adjusted.kept).tolist()
-    of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
-    for words, scores in _exchanges(log, prediction, of_run):
-        for run, score in scores.items():
-            of_run.setdefault(run, []).append(Score(score, words, is_certain=True))
+    of_run = _corrections(log, others, runs)
     total = log.evidence(others)
     for run in runs:
-        total += _log_sum(of_run.setdefault(run, [])) - math.log(measured.time[run])
+        total += _log_sum(of_run[run]) - math.log(measured.time[run])
     outliers = [
-        _with_corrections(others, run, scores, known.get(run))
-        for run, scores in sorted(of_run.items())
+        _with_corrections(others, run, of_this, known.get(run))
+        for run, of_this in sorted(of_run.items())
     ]
     wrong = [outlier.index for outlier in outliers if outlier.slip]
     return Hypothesis(
@@ -350,111 +347,75 @@ def _runs_hypothesis(
     )
 
 
-def _log_sum(scores: Scores) -> float:
+def _log_sum(of_run: Sequence[Correction]) -> float:
     """Return the log of the probability density of a run that is wrong somehow."""
     unknown = math.log(WRONG_RUN / UNKNOWN)
-    return float(np.logaddexp.reduce([unknown, *[each.log_density for each in scores]]))
+    known = [each.log_density for each in of_run]
+    return float(np.logaddexp.reduce([unknown, *known]))
 
 
-class Score(NamedTuple):
-    """A correction of a run, compared with its time."""
+def _corrections(
+    log: Log, others: FitResult, odd: Sequence[int]
+) -> dict[int, list[Correction]]:
+    """List the corrections with which odd runs agree with the others, by run.
 
-    log_density: float
-    """Log of the probability density of the time, times how common the mistake is."""
-    words: str
-    is_certain: bool = False
-    """As of the correction."""
-
-
-Scores = list[Score]
-"""The corrections of a run."""
-
-
-def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> Scores:
-    """Score the corrections of one run."""
-    scores = []
-    for correction in corrections.of_run(log.readings, log.measured, kept, run):
-        density = prediction.log_density(correction.measured, run)
-        if density > -math.inf:
-            common = math.log(correction.common)
-            score = Score(density + common, correction.words, correction.is_certain)
-            scores.append(score)
-    return scores
+    The partner of an odd run in an exchange is listed too.
+    """
+    prediction = Prediction(log.measured, others)
+    kept = np.flatnonzero(others.adjusted.kept).tolist()
+    of_run: dict[int, list[Correction]] = {run: [] for run in odd}
+    for run in odd[:MOST_ODD]:
+        tried = corrections.of_run(log.readings, log.measured, kept, run)
+        of_run[run] = [*prediction.agreeing(tried, odd)]
+    for exchange in _exchanges(log, prediction, of_run):
+        share = exchange.log_density / len(of_run.keys() & exchange.runs)
+        for run in exchange.runs:
+            half = replace(exchange, log_density=share if run in odd else 0.0)
+            of_run.setdefault(run, []).append(half)
+    return of_run
 
 
 def _exchanges(
-    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> list[tuple[str, dict[int, float]]]:
-    """Find runs whose cells are exchanged: words, and the score of each run."""
-    gains = [*_gains_of_exchanges(log, prediction, of_run)]
+    log: Log, prediction: Prediction, of_run: Mapping[int, list[Correction]]
+) -> list[Correction]:
+    """List the exchanges that are more probable than other errors of the outliers."""
+    gains = []
+    for pair in combinations(range(len(log.measured.runs)), 2):
+        odd = of_run.keys() & pair
+        tried = corrections.of_pair(log.readings, *pair) if odd else ()
+        before = sum([_log_sum(of_run[run]) for run in odd])
+        for exchange in prediction.agreeing(tried, odd):
+            gain = exchange.log_density - before
+            if gain > 0:
+                gains.append((gain, exchange))
     used: set[int] = set()
     exchanges = []
-    for _, correction, scores in sorted(gains, key=itemgetter(0), reverse=True):
-        if not used.intersection(correction.runs):
-            used.update(correction.runs)
-            exchanges.append((correction.words, scores))
+    for _, exchange in sorted(gains, key=itemgetter(0), reverse=True):
+        if used.isdisjoint(exchange.runs):
+            used.update(exchange.runs)
+            exchanges.append(exchange)
     return exchanges
 
 
-def _gains_of_exchanges(
-    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> Iterator[tuple[float, Correction, dict[int, float]]]:
-    """Yield the exchanges that are more probable than other errors of the outliers.
-
-    Each is a gain of the log of the probability, the correction, and the scores.
-    """
-    for first, second in combinations(range(len(log.measured.runs)), 2):
-        if first not in of_run and second not in of_run:
-            continue
-        for correction in corrections.of_pair(log.readings, first, second):
-            scores = _scores_of_pair(log, prediction, of_run, correction)
-            before = [_log_sum(of_run[run]) for run in scores if run in of_run]
-            gain = sum(scores.values()) - sum(before)
-            if math.isfinite(gain) and gain > 0:
-                yield gain, correction, scores
-
-
-def _scores_of_pair(
-    log: Log,
-    prediction: Prediction,
-    of_run: Mapping[int, Scores],
-    correction: Correction,
-) -> dict[int, float]:
-    """Score an exchange: each of two outliers gets a half of it.
-
-    The partner of an outlier may agree with the others by itself.
-    """
-    score = math.log(correction.common)
-    for run in correction.runs:
-        score += prediction.log_density(correction.measured, run)
-        if run not in of_run:
-            score -= prediction.log_density(log.measured, run)
-    odd = of_run.keys() & correction.runs
-    return {run: score / len(odd) * (run in odd) for run in correction.runs}
-
-
 def _with_corrections(
-    others: FitResult, run: int, scores: Scores, known: Outlier | None
+    others: FitResult, run: int, of_run: Sequence[Correction], known: Outlier | None
 ) -> Outlier:
     """Return an outlier with its probable corrections."""
+    expected = float(others.fitted_time[run])
     deviation = float(others.deviations[run])
     outlier = known or Outlier(run, deviation, slip=True)
-    scores = sorted(scores, reverse=True)
-    probable = [
-        score for score in scores if score.log_density > scores[0].log_density - CLEARLY
-    ]
-    likely = [score.words for score in probable[:MOST_SHOWN]]
-    is_wrong = outlier.slip or any(score.is_certain for score in probable)
+    ranked = sorted(of_run, key=attrgetter("log_density", "words"), reverse=True)
+    best = ranked[0].log_density if ranked else 0.0
+    probable = [each for each in ranked if each.log_density > best - CLEARLY]
+    likely = [each.words for each in probable[:MOST_SHOWN]]
+    is_wrong = outlier.slip or any(each.is_certain for each in probable)
     if not is_wrong and len(probable) > 1:
         # A run that is not clearly wrong may be odd by chance; then several
         # corrections may fit, or none.
         likely = []
+    cells = tuple(likely)
     return replace(
-        outlier,
-        deviation=deviation,
-        expected=float(others.fitted_time[run]),
-        slip=is_wrong,
-        cells=tuple(likely),
+        outlier, deviation=deviation, expected=expected, slip=is_wrong, cells=cells
     )
 
 
@@ -462,10 +423,14 @@ def _words_of_runs(measured: Measurements, outliers: Sequence[Outlier]) -> str:
     """Return what is wrong with some runs, if they are wrong."""
     words: dict[str, None] = {}
     for outlier in outliers:
-        cell = next(iter(outlier.cells), "is wrong")
-        name = measured.runs[outlier.index]
-        colon = ":" if outlier.cells else ""
-        words[cell if "runs" in cell else f"run {name}{colon} {cell}"] = None
+        run = measured.runs[outlier.index]
+        cell = f"run {run} is wrong"
+        if outlier.cells:
+            cell = outlier.cells[0]
+            # An exchange names both runs.
+            if "runs" not in cell:
+                cell = f"run {run}: {cell}"
+        words[cell] = None
     return "; ".join(words)
 
 
@@ -486,18 +451,15 @@ def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
 
 def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     """Suppose that the load of some runs can have every value."""
-    own = log.measured.single_inertia
+    measured = log.measured
+    own = measured.single_inertia
     others = np.delete(own, runs)
     # With this factor on the load, the runs agree with the others but for M0.
     factor = fitting.median(others[others > 0]) / fitting.median(own[runs])
     fit = log.fit(_with_free_load(log, runs, factor))
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
-    slips = [
-        words
-        for words, of_load in _slips(log.readings)
-        if abs(factor / of_load - 1) < NEAR
-    ]
-    counts = _counts_of(log, runs, factor)
+    slips = _near(factor, _slips(log.readings))
+    counts = _near(factor, _counts(measured.turns[runs]))
     causes = [*slips, *counts, *_values_of_load(log, runs[0], factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
@@ -506,22 +468,19 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
         evidence += math.log(KNOWN_SLIP)
     elif abs(math.log(factor)) > LARGE:
         evidence += math.log(RARE)
-    load = load_words(log.measured, runs[0])
-    number = "both" if len(runs) == 2 else f"all {len(runs)}"
+    load = load_words(measured, runs[0])
+    count = len(runs)
+    number = "both" if count == 2 else f"all {count}"
     words = f"{number} runs of {load} would agree with the others if "
     reason = f"the mass or the position of {load} is wrong"
-    outliers = [
-        Outlier(run, float(fit.deviations[run]), slip=True, cells=(reason,))
-        for run in runs
-    ]
+    outliers = []
+    for run in runs:
+        deviation = float(fit.deviations[run])
+        outliers.append(Outlier(run, deviation, slip=True, cells=(reason,)))
+    wrong = tuple(runs)
+    words += " or ".join(causes[:MOST_SHOWN])
     return Hypothesis(
-        "weight",
-        words + " or ".join(causes[:MOST_SHOWN]),
-        evidence,
-        tuple(runs),
-        fit,
-        WEIGH_AGAIN,
-        tuple(outliers),
+        "weight", words, evidence, wrong, fit, WEIGH_AGAIN, tuple(outliers)
     )
 
 
@@ -553,39 +512,38 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     )
 
 
-SLIPS = (("spin", "their spins were half as large (two strips of tape?)", 2.0),)
-"""Mistakes in all readings of one column in the runs of a weight: its role, words, and
-the factor on the load with which the runs would agree as well [1]."""
-
 KNOWN_SLIP = 10.0
 """A factor that is exactly that of a known mistake is more probable by this factor than
 any other one."""
 
 
+def _near(factor: float, causes: Iterator[tuple[str, float]]) -> list[str]:
+    """Return the words of those causes that are the same as a factor on the load."""
+    return [words for words, of_load in causes if abs(factor / of_load - 1) < NEAR]
+
+
 def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
-    """List `SLIPS`, and the other units of times and spins."""
-    for role, words, of_load in SLIPS:
-        if role in readings.columns:
-            yield words, of_load
-    for role in ("time", "spin"):
+    """List mistakes in all times or spins of a weight.
+
+    Each has its words, and the factor on the load with which the runs agree as well.
+    """
+    if "spin" in readings.columns:
+        yield "their spins were half as large (two strips of tape?)", 2.0
+    for role, power in (("time", 1), ("spin", -1)):
         if role in readings.columns:
             for unit, times in other_units(readings.columns[role]):
-                # A load is too large by as much as a time is too long.
-                of_load = times if role == "time" else 1 / times
-                yield f"their {role}s were in {unit}", of_load
+                yield f"their {role}s were in {unit}", times**power
 
 
-def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the counts of turns that are the same as a factor on the load."""
-    written = log.measured.turns[runs]
-    if np.ptp(written):
-        return []
-    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
-    return [
-        f"they had {turn_words(count)}"
-        for count in counts
-        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
-    ]
+def _counts(turns: Floats) -> Iterator[tuple[str, float]]:
+    """List other counts for runs that have the same turns, like `_slips`."""
+    if np.ptp(turns):
+        return
+    written = float(turns[0])
+    for step in corrections.FEW_COUNTS:
+        count = written + step
+        if count > 0:
+            yield f"they had {turn_words(count)}", written / count
 
 
 def _values_of_load(log: Log, run: int, factor: float) -> Iterator[str]:
@@ -655,8 +613,9 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
                 continue
             turns[runs] = count
             load = load_words(measured, runs[0])
-            fits = f"{turn_words(count)}, not {turn_words(written).split(' ')[0]}"
-            words.append(f"the runs of {load} fit {fits}")
+            fits = turn_words(count)
+            number, _ = turn_words(written).split(" ")
+            words.append(f"the runs of {load} fit {fits}, not {number}")
             price += math.log(WRONG_COUNT)
         if max(counts) > 1:
             price -= math.log(PART_OF_A_TURN)
@@ -781,14 +740,11 @@ def _shared_hypothesis(log: Log, error: SharedError) -> Hypothesis:
     largest = np.ptp(np.append(0.0, sizes)) / error.unit
     off = largest * float(fit.error_of(error.kind)[0])
     size = abs(off)
-    words = error.words.format(size=size, sign=error.signs[int(off < 0)])
+    sign = error.signs[int(off < 0)]
+    words = error.words.format(size=size, sign=sign)
+    words = f"the runs would agree if {words}"
+    remedy = error.remedy.format(size=size, twice=2 * size)
     # A balance that differs as well is another explanation.
     evidence, _ = log.evidences(fit)
-    return Hypothesis(
-        error.kind,
-        f"the runs would agree if {words}",
-        evidence + math.log(SHARED_ERROR),
-        (),
-        fit,
-        error.remedy.format(size=size, twice=2 * size),
-    )
+    evidence += math.log(SHARED_ERROR)
+    return Hypothesis(error.kind, words, evidence, (), fit, remedy)

@@ -32,12 +32,11 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
-from gyrodata.physics.models import MODELS, MotionModel
-from gyrodata.readings import Column, Place, Readings, to_display
+from gyrodata.physics.models import MODELS
+from gyrodata.readings import Place, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
@@ -84,14 +83,13 @@ def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     if without:
         kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
     for outlier in lab.outliers[:MOST_OF_ONE_CODE]:
-        is_out = outlier.index in lab.left_out
-        yield lab.say(
-            "outlier_left_out" if is_out else "outlier_kept",
-            _cell_of(lab.readings, outlier),
-            run=lab.measured.runs[outlier.index],
-            reason=outlier_reason(lab.measured, outlier),
-            without=kept,
-        )
+        name = "outlier_kept"
+        if outlier.index in lab.left_out:
+            name = "outlier_left_out"
+        cell = _cell_of(lab.readings, outlier)
+        run = lab.measured.runs[outlier.index]
+        reason = outlier_reason(lab.measured, outlier)
+        yield lab.say(name, cell, run=run, reason=reason, without=kept)
     more = len(lab.outliers) - MOST_OF_ONE_CODE
     if more > 0:
         yield lab.say("more_outliers", count=more)
@@ -155,20 +153,17 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
     fit = lab.fit
     scatter = fit.widths.scatter
     time_u = measured.time_u
-    values = {
-        "scatter": scatter,
-        "u_time": scatter * (time_u or 0.14),
-        "late": _causes_of_scatter(lab),
-    }
+    late = _causes_of_scatter(lab)
+    of_time = scatter * (time_u or 0.14)
+    values = {"scatter": scatter, "u_time": of_time, "late": late}
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < fitting.UNLIKELY:
         return lab.say("not_one_line", **values)
-    return lab.say(
-        "scatter_too_large",
-        **values,
-        stated="stated" if time_u is None else f"{time_u:.2g} s",
-        in_u=scatter_in_u(lab.constancy, measured),
-    )
+    stated = "stated"
+    if time_u is not None:
+        stated = f"{time_u:.2g} s"
+    in_u = scatter_in_u(lab.constancy, measured)
+    return lab.say("scatter_too_large", **values, stated=stated, in_u=in_u)
 
 
 EVEN = 0.5
@@ -193,14 +188,13 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     if lab.contradicts_itself or is_other or chance >= limit:
         return
     level = f"{1e3 * lab.fit.widths.level:.2g}"
-    is_in_fit = float(level) > 0
-    yield lab.say(
-        "weights_disagree",
-        percent=100 * (1 - chance),
-        level=f", by about {level} mN·m," if is_in_fit else "",
-        which=_odd_weight(lab),
-        u="; u includes this" if is_in_fit else "",
-    )
+    values = {"level": "", "u": ""}
+    if float(level) > 0:
+        by = f", by about {level} mN·m,"
+        values = {"level": by, "u": "; u includes this"}
+    percent = 100 * (1 - chance)
+    which = _odd_weight(lab)
+    yield lab.say("weights_disagree", percent=percent, which=which, **values)
 
 
 def _can_show_weights(lab: JudgedLab) -> bool:
@@ -373,13 +367,6 @@ NO_BALANCE = 0.5
 """With an M0 above this part of the smallest torque the answer is not safe to quote."""
 
 
-FELL_MORE = 4.0
-"""If a spin falls this many times as fast as in the middle run …"""
-
-FELL_BY = 0.03
-"""… and by this much more [1], then something rubbed, or the spin was read wrongly."""
-
-
 def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
     m0 = lab.fit.residual_torque
@@ -409,81 +396,50 @@ def _hanger(lab: JudgedLab) -> str:
     return "add to the masses what else hung on the rod, such as a clip; "
 
 
-def _spins_that_fell_alone(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Name the runs in which the spin fell much faster than in the middle run.
-
-    If more than a quarter of the runs would be named, none is.
-    """
-    measured = lab.measured
-    if measured.spin_start is None or measured.spin_end is None:
-        return
-    fall = np.log(measured.spin_start / measured.spin_end)
-    rates = np.sort(fall / measured.time)
-    usual = max(float(rates[len(fall) // 2]), 0.0)
-    share = usual * measured.time
-    is_far = (fall > FELL_MORE * share) & (fall - share > FELL_BY)
-    far = np.flatnonzero(is_far).tolist()
-    if len(far) > len(fall) / 4 or len(fall) < 4:
-        return
-    for run in far:
-        yield lab.say(
-            "spin_fell_alone",
-            spin_columns(lab.readings)[-1].place(run),
-            run=measured.runs[run],
-            percent=-100 * np.expm1(-fall[run]),
-            more=FELL_MORE,
-        )
-
-
-def _friction(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report the torque of friction, and whether it is negligible."""
-    measured = lab.measured
-    inertia = lab.fit.inertia
-    drag = measured.drag
-    if drag is None or not lab.readings.spin_down:
-        return
-    longest = int(np.argmax(measured.time))
-    lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
-    size = lost**2 / 24
-    hint = "friction is not negligible: read the spin at start and end too"
-    if size < DROP_ONE * lab.relative_u:
-        hint = "friction is negligible here"
-    yield lab.say(
-        "spin_falls",
-        time=1 / drag.rate,
-        spin=drag.spin / RPM,
-        torque=1e3 * inertia.value * drag.rate * drag.spin,
-        percent=100 * lost,
-        size=100 * size,
-        hint=hint,
-    )
-
-
-def _other_measurements(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report I_zz from a falling mass, and I over I_zz from the nutation."""
-    if lab.readings.falling_mass:
-        yield _of_falling_mass(lab, lab.readings.falling_mass)
-    ratio = lab.measured.nutation_ratio
-    if ratio is not None:
-        yield lab.say("nutation", ratio=float(np.nanmedian(ratio)))
-
-
-def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
+def _falling_mass(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report I_zz from a mass that falls on a thread, and turns the ball."""
-    mass, radius, height, time, friction = falling
+    if not lab.readings.falling_mass:
+        return
+    mass, radius, height, time, friction = lab.readings.falling_mass
     inertia = lab.fit.inertia
     # The thread pulls with m (g − a), less the friction.
     pull = (mass - friction) * lab.measured.g
     measured_inertia = radius**2 * (pull * time**2 / (2 * height) - mass)
     off = 100 * (measured_inertia / inertia.value - 1)
     u = 100 * lab.relative_u
-    return lab.say("falling_mass", inertia=measured_inertia, off=off, u=u)
+    yield lab.say("falling_mass", inertia=measured_inertia, off=off, u=u)
 
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report each column with which one more digit would make u(I_zz) much smaller."""
+    """Report each column with which one more digit would make u(I_zz) much smaller.
+
+    Show a number of it with enough digits.
+    """
     for role, now, then in changes.gains(lab, "one_more_digit", MUCH_BETTER):
-        yield _say_too_few_digits(lab.readings, lab.readings.columns[role], now, then)
+        column = lab.readings.columns[role]
+        size = np.abs(values_of(column))
+        size[[run for run, _ in column.stated]] = 0.0
+        run = int(np.where(size > 0, size, np.inf).argmin())
+        # A position may count from the surface of the ball: the number is as it was
+        # typed.
+        value = float(written(column, run).replace(",", "."))
+        step = column.steps[run] / unit_size(column)
+        high = value + step / 2
+        digits = max(0, 1 - round(math.log10(step)))
+        half, unit = to_display(column.steps[run] / 20, role)
+        yield lab.say(
+            "digits_too_few",
+            column.cell(run),
+            role=role,
+            text=column.readings[run].text,
+            low=value - step / 2,
+            high=f"{high:.4g} {column.unit}".rstrip(),
+            example=f"{value:.{digits}f}",
+            u=half,
+            unit=unit,
+            now=now,
+            then=then,
+        )
 
 
 MUCH_BETTER = 0.88
@@ -491,69 +447,28 @@ MUCH_BETTER = 0.88
 the rounding is then a quarter of u²."""
 
 
-def _say_too_few_digits(
-    readings: Readings, column: Column, now: float, then: float
-) -> Diagnostic:
-    """Report a column with too few digits, and show a number with enough of them."""
-    size = np.abs(values_of(column))
-    size[[run for run, _ in column.stated]] = 0.0
-    run = int(np.where(size > 0, size, np.inf).argmin())
-    # A position may count from the surface of the ball: the number is as it was typed.
-    value = float(written(column, run).replace(",", "."))
-    step = column.steps[run] / unit_size(column)
-    digits = max(0, 1 - round(math.log10(step)))
-    half, unit = to_display(column.steps[run] / 20, column.role)
-    return readings.say(
-        "digits_too_few",
-        column.cell(run),
-        role=column.role,
-        text=column.readings[run].text,
-        low=value - step / 2,
-        high=f"{value + step / 2:.4g} {column.unit}".rstrip(),
-        example=f"{value:.{digits}f}",
-        u=half,
-        unit=unit,
-        now=now,
-        then=then,
-    )
-
-
-def _tachometer(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report that a tachometer that stood still would change I_zz."""
-    for effect in lab.effects:
-        if effect.effect == "tachometer" and _matters(lab, effect):
-            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
-            off = 100 * abs(effect.bias or 0.0)
-            yield lab.say("tachometer_not_told", off=off, direction=direction)
-
-
-def _model(lab: JudgedLab) -> Iterator[Diagnostic]:
+def _silent_effects(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
-    runs = fitting.timed_runs(lab.measured)
-    silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
+    # The tachometer belongs to no model.
+    messages = {"tachometer": ("", "tachometer_not_told")}
+    for model in MODELS:
+        if model.messages and model.is_silent(lab.timed_runs) and not lab.asked:
+            messages[model.effect] = model.messages
     for effect in lab.effects:
-        if effect.effect in silent and not lab.asked:
-            yield from _silent_motion(lab, effect, silent[effect.effect])
+        if effect.bias and effect.effect in messages:
+            yield from _say_effect(lab, effect, *messages[effect.effect])
 
 
-def _matters(lab: JudgedLab, effect: Effect) -> bool:
-    """Return whether an effect of a consistent log is too large to be left out."""
-    return (effect.size or 0.0) > DROP_ONE and not lab.contradicts_itself
-
-
-def _silent_motion(
-    lab: JudgedLab, effect: Effect, model: MotionModel
+def _say_effect(
+    lab: JudgedLab, effect: Effect, is_assumed: str, is_not_used: str
 ) -> Iterator[Diagnostic]:
-    """Report a motion of a silent log: assumed, or not used although it matters."""
-    if effect.bias is None or model.messages is None:
-        return
-    is_assumed, is_not_used = model.messages
-    direction = "high" if effect.bias > 0 else "low"
-    off = 100 * abs(effect.bias)
-    if effect.kept:
-        yield lab.say(is_assumed, off=off, direction=direction)
-    elif _matters(lab, effect):
-        yield lab.say(is_not_used, off=off, direction=direction)
+    """Report an effect: assumed, or not used although it is too large to be left out."""
+    is_large = (effect.size or 0.0) > DROP_ONE and not lab.contradicts_itself
+    if effect.kept or is_large:
+        name = is_assumed if effect.kept else is_not_used
+        bias = effect.bias or 0.0
+        direction = "high" if bias > 0 else "low"
+        yield lab.say(name, off=100 * abs(bias), direction=direction)
 
 
 NO_MOTOR = 0.7
@@ -616,11 +531,15 @@ def _ask(lab: JudgedLab, name: str, role: str, value: float) -> Diagnostic:
     if column is None:
         return lab.say(name, value=value, hint="")
     first = int(np.flatnonzero(lab.measured.torque)[0])
+    place = column.place(first)
     unit = unit_within(lab.readings, role, USUAL[role])
-    hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
-    asked = lab.say(name, column.place(first), value=value, hint=hint if unit else "")
+    if not unit:
+        return lab.say(name, place, value=value, hint="")
+    header = f"{role} [{unit}]"
+    hint = f'if it is in {unit}, write the header as "{header}"; '
+    asked = lab.say(name, place, value=value, hint=hint)
     # If another unit makes the column usual, the answer is not safe to quote.
-    return replace(asked, doubt="size" if unit else asked.doubt)
+    return replace(asked, doubt="size")
 
 
 INERTIA_RANGE = (1e-6, 1.0)
@@ -681,13 +600,10 @@ def _ball_differs(lab: JudgedLab, ball: Ball) -> Iterator[Diagnostic]:
     if abs(deviation) < DIFFERS or not _well_known(ball, lab.fit.inertia):
         return
     side = "above" if deviation > 0 else "below"
-    sizes = {
-        "percent": 100 * abs(ball.relative),
-        "side": side,
-        "expected": ball.inertia,
-        "far": abs(deviation),
-    }
-    yield lab.say("ball_differs", **sizes, causes=_causes_of_difference(lab, ball))
+    percent = 100 * abs(ball.relative)
+    sizes = {"percent": percent, "expected": ball.inertia, "far": abs(deviation)}
+    causes = _causes_of_difference(lab, ball)
+    yield lab.say("ball_differs", **sizes, side=side, causes=causes)
 
 
 def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
@@ -704,10 +620,11 @@ def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
     slips = mistakes.explaining_mistakes(
         lab.readings, lab.measured, value, ball.inertia
     )
-    cause = "; or ".join([f"{after:.4g} if {kind.log}" for kind, after in slips])
-    cause = f"it would be {cause}" if slips else "no common mistake explains this"
+    without = [f"{after:.4g} if {kind.log}" for kind, after in slips]
+    cause = "it would be " + "; or ".join(without)
     hint = "; or else: ".join([kind.remedy for kind, _ in slips])
-    if not hint:
+    if not slips:
+        cause = "no common mistake explains this"
         causes = _causes_of_difference(lab, ball)
         hint = f"look for a cause in this order: {causes}a wrong unit"
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
@@ -728,7 +645,7 @@ def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
 def _other_body(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an I_zz that differs from the ball, or columns that are not usual."""
     ball = lab.ball
-    if (ball is not None and _is_far(ball)) or _is_unusual(lab):
+    if any(_body(lab)):
         return
     if ball is not None and not lab.contradicts_itself:
         yield from _ball_differs(lab, ball)
@@ -762,13 +679,10 @@ CHECKS: tuple[Check, ...] = (
     _deviations,
     _agreement,
     _large_residual_torque,
-    _spins_that_fell_alone,
-    _friction,
-    _other_measurements,
+    _falling_mass,
     _direction,
     _digits,
-    _tachometer,
-    _model,
+    _silent_effects,
     _body,
     _other_body,
 )

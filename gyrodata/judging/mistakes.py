@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 from operator import itemgetter
 from pathlib import Path
@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.units import parse_unit
 from gyrodata.readings import Readings, kind_of_role
@@ -47,8 +47,6 @@ class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
     read: str = ""
     rank: int = 0
     common_in: tuple[str, ...] = ()
-    forgets: str = ""
-    forgets_in: tuple[str, ...] = ()
     needs: str = ""
 
 
@@ -75,85 +73,62 @@ def list_mistakes(
     """List every mistake that is possible in this log, with its I_zz [kg*m^2]."""
     units = _units(readings, measured)
     factors = _factors_of_log(readings, measured, inertia)
-    values = _values_in_words(readings, measured, inertia)
     there = {"", *readings.columns, *readings.constants}
     for known in known_mistakes().values():
         if known.needs not in there:
             continue
         unit = units.get(known.column, "")
-        torque = _factor(known.torque, factors)
-        product = _factor(known.product, factors)
-        if torque is None or product is None:
-            continue
-        mistake = replace(known, torque=torque, product=product)
+        # A number stands for itself.
+        torque = factors.get(known.torque, known.torque)
+        product = factors.get(known.product, known.product)
+        rank = known.rank
+        if known.common_in:
+            rank = int(unit not in known.common_in)
+        mistake = replace(known, torque=torque, product=product, rank=rank)
         if known.read:
             mistake = _of_units(mistake, unit)
         factor = mistake.torque / mistake.product
         has_effect = np.any(np.isfinite(factor) & (factor != 1))
         if has_effect and (mistake.words or mistake.log):
-            yield _in_words(mistake, unit, values)
+            yield _in_words(mistake, readings, measured)
 
 
 def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
     """Return the units of the columns of a log, and the number of turns of all runs."""
     units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
-    spins = [
-        _unit(readings, role) for role in readings.columns if role.startswith("spin")
-    ]
-    units["spin"] = next(filter(None, spins), "rpm")
+    units["spin"] = spin_columns(readings)[0].unit or "rpm"
     if measured.timed:
-        counts = [
-            words
-            for words, count in COUNTS.items()
-            if np.allclose(measured.turns, count)
-        ]
-        units["turns"] = "".join(counts[:1])
+        for words, count in COUNTS.items():
+            if np.allclose(measured.turns, count):
+                units["turns"] = words
     return units
-
-
-def _values_in_words(
-    readings: Readings, measured: Measurements, inertia: float
-) -> dict[str, Any]:
-    """Return what the words of the table can contain, for a log and its I_zz."""
-    diameter = 100 * readings.constants.get("ball_diameter", math.nan)
-    is_small = abs(inertia) < 1
-    return {
-        "g": measured.g,
-        "radius": diameter / 2,
-        "twice_diameter": 2 * diameter,
-        "size": "below" if is_small else "above",
-        "sign": "negative" if is_small else "positive",
-    }
-
-
-def _factor(written: Any, factors: Mapping[str, Any]) -> Any:
-    """Return a factor of the table: a number, or its name; None if it is impossible."""
-    return factors.get(written) if isinstance(written, str) else written
 
 
 def _of_units(mistake: Mistake, unit: str) -> Mistake:
     """Return a mistake about a unit, with its factors, for a column in `unit`."""
     column = mistake.column
     factor = _size_of(column, mistake.read) / _size_of(column, mistake.meant)
-    # A spin in Hz is a spin in revolutions per second.
-    is_in_log = mistake.read == unit or (mistake.read == "Hz" and unit == "rps")
-    remedy = mistake.remedy or f'write the header as "{column} [{mistake.meant}]"'
-    mistake = replace(mistake, remedy=remedy, log=mistake.log if is_in_log else "")
+    if unit == "rps":
+        # A spin in Hz is a spin in revolutions per second.
+        unit = "Hz"
+    log = mistake.log if mistake.read == unit else ""
+    header = f"{column} [{mistake.meant}]"
+    remedy = mistake.remedy or f'write the header as "{header}"'
+    mistake = replace(mistake, remedy=remedy, log=log)
     if column in ("mass", "position"):
         return replace(mistake, torque=factor)
     return replace(mistake, product=1 / factor if column == "time" else factor)
 
 
-def _in_words(mistake: Mistake, unit: str, values: Mapping[str, Any]) -> Mistake:
+def _in_words(mistake: Mistake, readings: Readings, measured: Measurements) -> Mistake:
     """Return a mistake with the values of a log in its words."""
+    diameter = 100 * readings.constants.get("ball_diameter", math.nan)
+    lengths = {"radius": diameter / 2, "twice_diameter": 2 * diameter}
     texts = {
-        name: getattr(mistake, name).format(unit=unit, **values)
+        name: getattr(mistake, name).format(g=measured.g, **lengths)
         for name in ("words", "check", "log", "remedy")
     }
-    rank = int(unit not in mistake.common_in) if mistake.common_in else mistake.rank
-    is_forgotten = unit in mistake.forgets_in or not mistake.forgets_in
-    forgets = mistake.forgets if is_forgotten else ""
-    return replace(mistake, **texts, rank=rank, forgets=forgets)
+    return replace(mistake, **texts)
 
 
 def _size_of(column: str, unit: str) -> float:
@@ -184,6 +159,7 @@ def _factors_of_log(
         "360, of many turns": 360.0 if least > 20 else math.nan,
         "1/power of ten": 10.0**-power,
         "1/power of ten²": 100.0**-power,
+        "none: 1/I_zz is no multiple of I_zz": math.nan,
     }
     with np.errstate(all="ignore"):
         factors |= _factors_of_arms(readings, measured)

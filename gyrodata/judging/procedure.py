@@ -71,11 +71,10 @@ def _weights_and_spins(
     """
     groups = measured.by_weight
     if len(groups) < 3:
-        torques = " and ".join(
-            f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups
-        )
+        torques = [1e3 * measured.torque[group[0]] for group in groups]
+        values = " and ".join([f"{torque:.3g}" for torque in torques])
         count = count_text(len(groups), "torque")
-        yield readings.say("too_few_weights", torques=count, values=torques)
+        yield readings.say("too_few_weights", torques=count, values=values)
     for group in groups:
         spins = np.sort(measured.spin[group])
         lacking = 3 - len(group)
@@ -116,7 +115,7 @@ mass [g],position [cm],spin [rpm],time [s],turns,{SENSE}
 def _with_unloaded_run(readings: Readings, lab: changes.Lab) -> str:
     """Write the header, the first run and one without a weight, with directions."""
     [change] = changes.CHANGES["unloaded_run"](lab)
-    mark, rows = rows_to_add(readings, change.measured or lab.measured, [-1])
+    mark, rows = rows_to_add(readings, change.measured, [-1])
     if SENSE not in readings.columns:
         for cells, text in zip(rows, (SENSE, "ccw", "ccw"), strict=False):
             cells.append(text)
@@ -188,8 +187,10 @@ def _first_rows(readings: Readings, title: str) -> tuple[str, list[str], list[st
 def _cell_text(column: Column, value: float) -> str:
     """Write a value [SI unit] like the first cell of a column, with three digits."""
     number = float(f"{value / unit_size(column):.3g}")
-    is_plain = PLAIN.fullmatch(column.readings[0].text) or column.role == "turns"
-    return f"{number:g}" if is_plain else f"{number:g} {column.unit}"
+    first = column.readings[0].text
+    if PLAIN.fullmatch(first) or column.role == "turns":
+        return f"{number:g}"
+    return f"{number:g} {column.unit}"
 
 
 def _times_and_falls(
@@ -200,20 +201,20 @@ def _times_and_falls(
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
+        place = readings.place(worst)
         times = count_text(len(short), "time")
         runs = measured.run_words(short)
-        values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
-        yield readings.say(
-            "times_too_short", readings.place(worst), times=times, runs=runs, **values
-        )
+        percent = 100 * 0.14 / time
+        values = {"limit": SHORT, "time": time, "percent": percent}
+        yield readings.say("times_too_short", place, times=times, runs=runs, **values)
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = 1 - measured.spin_end / measured.spin_start
     far = np.flatnonzero(fall > FALL)
     if len(far):
         worst = int(far[np.argmax(fall[far])])
-        values = {"most": 100 * fall[worst], "run": measured.runs[worst]}
+        most = 100 * fall[worst]
+        run = measured.runs[worst]
+        place = readings.place(worst)
         runs = measured.run_words(far)
-        yield readings.say(
-            "spin_falls_too_much", readings.place(worst), runs=runs, **values
-        )
+        yield readings.say("spin_falls_too_much", place, runs=runs, most=most, run=run)

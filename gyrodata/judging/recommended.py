@@ -161,7 +161,9 @@ def _insist_on_credible_fit(
     fit = lab.fit
     if not np.isfinite(fit.fitted_time).all():
         raise LogError([readings.say("no_steady_precession")])
-    birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
+    birge = 0.0
+    if fit.dof > 0:
+        birge = math.sqrt(fit.chi2 / fit.dof)
     if birge > ABSURD:
         raise NoFit(
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"

@@ -31,11 +31,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     # become smaller without limit.
     inertia = own
     for _round in range(8):
-        before = inertia
-        slowing, _ = Motion((RELEASED,)).correction(_tops(loaded, before), runs)
+        slowing, _ = Motion((RELEASED,)).correction(_tops(loaded, inertia), runs)
         inertia = np.fmax(own / slowing, own / 10)
-        if np.allclose(inertia, before, rtol=0.01):
-            break
     usual = fitting.median(inertia)
     top = _tops(loaded, np.full(len(own), usual))
     spin = conserved_spin(top, runs)
@@ -48,16 +45,16 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     worst = int(sag.argmax())
     spins = physics.spin_of_sag(STEEP, top.torque, usual, across, loaded.pitch)
     least = float(spins[worst]) / RPM
-    fall = readings.say(
-        "release_falls",
-        readings.place(int(np.flatnonzero(measured.torque)[worst])),
-        run=loaded.runs[worst],
-        load=load_words(loaded, worst),
-        spin=spin[worst] / RPM,
-        sag=math.degrees(sag[worst]),
-        least=5 * math.ceil(least / 5),
-    )
-    return [fall]
+    with_weight = np.flatnonzero(measured.torque).tolist()
+    place = readings.place(with_weight[worst])
+    values = {
+        "spin": spin[worst] / RPM,
+        "sag": math.degrees(sag[worst]),
+        "least": 5 * math.ceil(least / 5),
+    }
+    run = loaded.runs[worst]
+    load = load_words(loaded, worst)
+    return [readings.say("release_falls", place, run=run, load=load, **values)]
 
 
 def _tops(measured: Measurements, inertia: Floats) -> Top:
@@ -80,7 +77,8 @@ def refusal(
     low = own[own > 0].min()
     high = own.max()
     across = np.median(fitting.transverse_inertia(measured))
-    if measured.transverse_inertia is not None and not low / 3 < across < 10 * high:
+    is_stated = measured.transverse_inertia is not None
+    if is_stated and not low / 3 < across < 10 * high:
         return readings.say(
             "no_inertia_with_transverse", why=why, across=across, low=low, high=high
         )
@@ -92,12 +90,9 @@ def refusal(
         f"{load_words(measured, group[0])}: {fitting.median(own[group]):.2g}"
         for group in groups
     ]
-    return readings.say(
-        "no_inertia_fits",
-        why=why,
-        clock=RUNNING_CLOCK * _times_grow(measured),
-        each=listing(each, 6),
-    )
+    clock = RUNNING_CLOCK * _times_grow(measured)
+    shown = listing(each, 6)
+    return readings.say("no_inertia_fits", why=why, clock=clock, each=shown)
 
 
 RUNNING_CLOCK = (
@@ -129,10 +124,5 @@ def not_measured(
         "unexplained_scatter": "not_measured_for_scatter",
     }
     fault = "includes zero" if low <= 0 else "is too wide"
-    return readings.say(
-        names.get(widest, "not_measured"),
-        low=low,
-        high=high,
-        fault=fault,
-        widest=widest,
-    )
+    name = names.get(widest, "not_measured")
+    return readings.say(name, low=low, high=high, fault=fault, widest=widest)

@@ -68,10 +68,12 @@ def run_table(
         measured.time,
         measured.turns,
     )
-    rate = fit.sense * measured.precession_rate
+    sense = fit.sense
+    rate = sense * measured.precession_rate
     period = measured.time / measured.turns
-    product = fit.sense * np.abs(measured.product)
-    inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
+    product = sense * np.abs(measured.product)
+    inertia = measured.torque / product
+    inertia[measured.torque == 0] = np.nan
     residual = (
         measured.time - fit.fitted_time,
         fit.time_u,
@@ -103,22 +105,25 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
         return cells
     name = "time" if measured.timed else "period"
     time = measured.time[outlier.index]
+    far = abs(outlier.deviation)
     return (
         f"its {name} is {time:.4g} s, "
         f"and the other runs predict {outlier.expected:.4g} s "
-        f"({abs(outlier.deviation):.0f} u apart){cells and '; '}{cells}"
+        f"({far:.0f} u apart){cells and '; '}{cells}"
     )
 
 
 def load_words(measured: Measurements, index: int) -> str:
     """Return the load of a run with the digits of the log: "20.00 g at 15.0 cm"."""
-    if not np.isnan(measured.mass[index]):
-        mass = as_read(1e3 * measured.mass[index], 1e3 * measured.mass_step[index])
-        position = as_read(
-            1e2 * measured.position[index], 1e2 * measured.position_step[index]
-        )
-        return f"{mass} g at {position} cm{measured.day_words(index)}"
-    return f"{1e3 * measured.torque[index]:.3g} mN·m{measured.day_words(index)}"
+    day = measured.day_words(index)
+    mass = 1e3 * measured.mass[index]
+    if np.isnan(mass):
+        torque = 1e3 * measured.torque[index]
+        return f"{torque:.3g} mN·m{day}"
+    grams = as_read(mass, 1e3 * measured.mass_step[index])
+    position = 1e2 * measured.position[index]
+    centimetres = as_read(position, 1e2 * measured.position_step[index])
+    return f"{grams} g at {centimetres} cm{day}"
 
 
 def turn_words(turns: float) -> str:
@@ -180,17 +185,12 @@ def torque_table(
         mean = abs(product.value)
         slope = 2 * math.pi / mean
         slope_u = slope * (product.u or 0.0) / mean
-        torques.append(
-            Torque(
-                mass=_or_none(float(measured.mass[first])),
-                position=_or_none(float(measured.position[first])),
-                torque=float(measured.torque[first]),
-                runs=len(runs),
-                without=None,
-                product=product,
-                period_per_spin=Estimate(slope, slope_u, "s^2/rad"),
-            )
-        )
+        per_spin = Estimate(slope, slope_u, "s^2/rad")
+        mass = float(measured.mass[first])
+        position = float(measured.position[first])
+        torque = float(measured.torque[first])
+        load = _or_none(mass), _or_none(position), torque
+        torques.append(Torque(*load, len(runs), None, product, per_spin))
     return tuple(torques)
 
 
@@ -206,26 +206,20 @@ def _mean_product(measured: Measurements, runs: list[int], sense: float) -> Mean
     late = measured.timing_bias_u * float(
         weight @ (measured.product[runs] / measured.time[runs])
     )
-    scale = sum(
-        float(source.relative[0])
-        for source in measured.sources
-        if source.name == "spin_scale"
-    )
+    scale = 0.0
+    for source in measured.sources:
+        if source.name == "spin_scale":
+            scale += float(source.relative[0])
     spread = chi2 = p = None
     if len(runs) > 1:
         away = values - np.add.reduce(values) / len(runs)
-        spread = math.sqrt(away @ away / (len(runs) - 1))
+        dof = len(runs) - 1
+        spread = math.sqrt(away @ away / dof)
         if size.all():
             chi2 = float(np.add.reduce(((values - mean) / size) ** 2))
-            p = fitting.chi2_tail(chi2, len(runs) - 1)
-    return MeanProduct(
-        sense * mean,
-        math.hypot(alone, late, scale * mean),
-        "rad^2/s^2",
-        spread=spread,
-        p=p,
-        chi2=chi2,
-    )
+            p = fitting.chi2_tail(chi2, dof)
+    u = math.hypot(alone, late, scale * mean)
+    return MeanProduct(sense * mean, u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
 
 
 # --- the laws ---
@@ -345,18 +339,20 @@ def constancy(
     ]
     if not measured.own_relative.all() or not several:
         return None
-    dof = sum([len(group) - 1 for _, group in several])
-    total = math.fsum([product.chi2 or 0.0 for product, _ in several])
-    ratios = [measured.product[group] / product.value for product, group in several]
-    away = np.abs(np.concatenate(ratios)) - 1
-    expected = np.concatenate([measured.own_relative[group] for _, group in several])
-    return Constancy(
-        math.sqrt(away @ away / dof),
-        math.sqrt(np.mean(expected**2)),
-        total,
-        dof,
-        fitting.chi2_tail(total, dof),
-    )
+    dof = 0
+    total = 0.0
+    away: list[float] = []
+    expected: list[float] = []
+    for product, group in several:
+        dof += len(group) - 1
+        total += product.chi2 or 0.0
+        ratio = measured.product[group] / product.value
+        away.extend(np.abs(ratio) - 1)
+        expected.extend(measured.own_relative[group])
+    scatter = math.sqrt(np.dot(away, away) / dof)
+    usual = math.sqrt(np.mean(np.square(expected)))
+    p = fitting.chi2_tail(total, dof)
+    return Constancy(scatter, usual, total, dof, p)
 
 
 # --- comparisons ---
@@ -528,13 +524,16 @@ def _sphere(
         bore = _with_bore(mass, diameter, constants) - solid
     of_mass = uncertainties.get("u_ball_mass")
     of_diameter = uncertainties.get("u_ball_diameter")
-    mass_u = of_mass.at(mass) if of_mass else None
-    diameter_u = of_diameter.at(diameter) if of_diameter else None
-    inertia_u = None
-    if of_mass or of_diameter:
+    mass_u = diameter_u = inertia_u = None
+    by_mass = by_diameter = 0.0
+    if of_mass:
+        mass_u = of_mass.at(mass)
+        by_mass = mass_u / mass
+    if of_diameter:
         # 2/5 m (d/2)² grows as m and as d².
-        by_mass = (mass_u or 0.0) / mass
-        by_diameter = 2 * (diameter_u or 0.0) / diameter
+        diameter_u = of_diameter.at(diameter)
+        by_diameter = 2 * diameter_u / diameter
+    if of_mass or of_diameter:
         inertia_u = solid * math.hypot(by_mass, by_diameter)
     return Sphere(mass, mass_u, diameter, diameter_u, solid, bore, inertia_u)
 

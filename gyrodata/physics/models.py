@@ -177,8 +177,6 @@ class MotionModel(Struct, frozen=True):
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say why the effect is in the fit of a log, or is not.
 
-        `gyrodata.judging.changes` adds the size of the effect.
-
         Parameters
         ----------
         runs : TimedRuns

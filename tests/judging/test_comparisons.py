@@ -15,7 +15,6 @@ from simulated_labs import analyze_briefly
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import LogError
 from gyrodata.results import FittedLog
 from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
@@ -185,14 +184,6 @@ def test_the_cause_is_named_and_clean_labs_have_none(
 ) -> None:
     # The standard error of the number is 1.1 if the cause is named by chance.
     assert sum(cause(slip(seed)) == name for seed in range(5)) >= least
-
-
-@pytest.mark.slow
-def test_one_run_whose_spin_falls_alone_is_named() -> None:
-    log = "\n".join(explanations()["G434"].example.splitlines()[1:])
-    for text, named in ((log, ["run 3"]), (log.replace("410,360", "410,405"), [])):
-        found = gyrodata.analyze(text.encode()).diagnostics
-        assert [one.message[:5] for one in found if one.code == "G434"] == named
 
 
 ONE_TORQUE = HEAD + "\n".join(ROWS.splitlines()[:4]) + "\n"

@@ -26,8 +26,9 @@ def read_toml(
     encoding = "utf-16" if is_utf16 else "utf-8-sig"
     text = content.decode(encoding, "replace" if is_utf16 else "surrogateescape")
     text = text.replace("\r\n", "\n")
-    if bad := re.search("[\udc80-\udcff]", text):
-        line = text.count("\n", 0, bad.start()) + 1
+    bad = [at for at, sign in enumerate(text) if "\udc80" <= sign <= "\udcff"]
+    if bad:
+        line = text.count("\n", 0, bad[0]) + 1
         raise error_at(Diagnostic.named(not_utf8), name, text, line)
     try:
         return text, tomllib.loads(text)

@@ -482,7 +482,7 @@ def forms_of(name: str) -> list[str]:
     folded = name.casefold()
     signs = unicodedata.normalize("NFD", folded)
     name = "".join(sign for sign in signs if not unicodedata.combining(sign))
-    words = re.findall(r"[^\W_]+", name)
+    words = "".join(sign if sign.isalnum() else " " for sign in name).split()
     joined = []
     if 1 < len(words) < 5:
         joined = ["".join(some) for some in permutations(words)]

@@ -18,6 +18,7 @@ from gyrodata.grading.submissions.documents import SAYS
 from gyrodata.grading.submissions.names import different
 from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
+from gyrodata.readings.names import words_of
 
 _MAIL = ("email", "email address")
 IDS = (
@@ -268,7 +269,7 @@ def _students_by_id(submissions: Submissions) -> dict[str, str]:
     for item in submissions.items:
         for known in (*item.ids.values(), *item.members_of_group):
             by_id[known.casefold()] = item.student
-        for part in re.split(r"[\W_]+", item.student.casefold()):
+        for part in words_of(item.student.casefold()):
             if re.search(r"\d{4}", part):
                 by_id[part] = item.student
     for item in submissions.items:

@@ -39,7 +39,11 @@ def filled(
     """Fill a template of this folder, with at most one empty line between lines."""
     room = templates(Path(__file__).parent, **signs)
     room.filters |= filters
-    text = room.get_template(template).render(**content)
+    return with_few_blank_lines(room.get_template(template).render(**content))
+
+
+def with_few_blank_lines(text: str) -> str:
+    """Return a text with at most one empty line between lines, and one line end."""
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 

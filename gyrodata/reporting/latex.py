@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 
 from gyrodata.base.errors import shown
+from gyrodata.quantities.numerals import PLAIN
 from gyrodata.reporting.content import report
 from gyrodata.reporting.data import filled
 from gyrodata.reporting.elements import (
@@ -81,7 +82,7 @@ def _part(part: Part) -> str | None:
 
 def _quantity(number: Number) -> str:
     """Write a number for siunitx; a name or a plain number stays text."""
-    if not re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", number.shown[0]):
+    if not PLAIN.fullmatch(number.shown[0]):
         return escape(str(number))
     power = number.exponent + number.scale.exponent * number.unit
     times = f" e{power}" if power else ""

@@ -178,9 +178,9 @@ class _Filling(Struct):
         if is_worksheet and read_number(before) == points:
             self.skip(grade, f"has {before} in Moodle already: Moodle skips the grade")
         else:
-            _, comma, decimals = self.layout.most.rpartition(",")
-            mark = "," if comma and decimals.isdecimal() else "."
-            text = two_decimals(points).replace(".", mark)
+            text = two_decimals(points)
+            if _has_decimal_comma(self.layout.most):
+                text = text.replace(".", ",")
             self._set(grade, row, self.layout.grade, text)
         if self.layout.comment is not None:
             comment = self.comment(grade)
@@ -331,6 +331,12 @@ def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:
     shown = titles or "none with a number after its title"
     values = {"name": sheet.name, "asked": asked, "shown": shown}
     raise InputError.named("gradebook_column_unclear", sheet.name, **values)
+
+
+def _has_decimal_comma(number: str) -> bool:
+    """Return whether a number ends with a comma and digits: "20,00"."""
+    _, comma, decimals = number.rpartition(",")
+    return comma != "" and decimals.isdecimal()
 
 
 def _participants(sheet: Sheet) -> dict[int, str]:

@@ -35,7 +35,7 @@ from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import Offer, short
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.readings import listing
-from gyrodata.reporting.data import csv_lines, templates
+from gyrodata.reporting.data import csv_lines, templates, with_few_blank_lines
 from gyrodata.reporting.values import (
     count_text,
     factor_text,
@@ -133,8 +133,7 @@ def feedback_pages(grade: Grade) -> dict[str, str]:
     template = environment().get_template
     page = template("feedback.html.jinja").render(content)
     text = template("feedback.md.jinja").render(content)
-    text = re.sub(r"\n{3,}", "\n\n", text).strip()
-    return {".html": page, ".md": f"{text}\n"}
+    return {".html": page, ".md": with_few_blank_lines(text)}
 
 
 def feedback_comment(grade: Grade) -> str:

@@ -272,3 +272,41 @@ def test_a_report_of_gyro_as_the_only_answer_is_a_question(
     assert (answers.inertia.value, answers.inertia.u) == (4.416e-3, 0.033e-3)
     (question,) = answers.questions
     assert question.startswith("only a report of gyro analyze contains an answer: ")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "L = I_zz ω = 0.2823 kg m^2 / s",
+        "L = I_zz ω = 0.2823 ± 0.0021 kg m² s⁻¹",
+        "L = I_zz · ψ = 0.2823 kg·m²·s^-1",
+        r"$I_{zz} \dot\psi$ = \qty{0.28(2)}{\kilogram\metre\squared\per\second}",
+        r"$I_{zz} \omega = 0.28\,\mathrm{kg\,m^2\,s^{-1}}$",
+    ],
+)
+@pytest.mark.parametrize("name", ["report.txt", "report.tex"])
+def test_an_angular_momentum_is_no_moment_of_inertia(text: str, name: str) -> None:
+    assert read_answers(None, [(name, text.encode())]).inertia is None
+    both = f"{text}\nI_zz = 4.40e-3 ± 0.05e-3 kg m^2\n"
+    answer = read_answers(None, [(name, both.encode())]).inertia
+    assert answer is not None
+    assert answer.value == pytest.approx(4.4e-3)
+
+
+def test_macros_of_latex_are_read_where_they_are_used() -> None:
+    head = r"\newcommand{\Izz}{\qty{4.40 +- 0.05 e-3}{\kilogram\metre\squared}}"
+    other = r"\renewcommand\never{I_zz = \qty{9 +- 1 e-3}{kg.m^2}}"
+    report = f"{head}\n{other}\nWe find $I_{{zz}}$ = \\Izz{{}}.\n"
+    answers = read_answers(None, [("report.tex", report.encode())])
+    assert answers.inertia is not None
+    assert (answers.inertia.value, answers.inertia.u) == (
+        pytest.approx(4.4e-3),
+        pytest.approx(0.05e-3),
+    )
+    assert "line 3" in answers.diagnostics[0].message
+
+
+def test_macros_do_not_make_a_short_file_long() -> None:
+    head = r"\newcommand{\a}{" + "x" * 200 + "}\n"
+    answers = read_answers(None, [("report.tex", (head + r"\a" * 200_000).encode())])
+    assert answers.inertia is None

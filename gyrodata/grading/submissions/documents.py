@@ -106,6 +106,8 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
         return _lines_of_workbook(data)
     text, doubt = _text_of(name, data, kind)
     text = _without_struck(text, kind)
+    if kind == ".tex":
+        text = _with_macros(text)
     if kind in TABLES:
         return in_cells(readings.lablog.split_lines(text)), doubt
     text = visible.of_text(text)
@@ -186,6 +188,26 @@ def _without_struck(text: str, kind: str) -> str:
     if kind == ".tex":
         text = text.partition(r"\end{document}")[0]
     return text
+
+
+_NEW_MACRO = re.compile(
+    r"\\(?:re)?newcommand\*?\{?\\([a-zA-Z]{1,40})\}?\{((?:[^{}\n]|\{[^{}\n]*\}){1,200}+)\}"
+)
+"""A macro of LaTeX without arguments: its name and its text."""
+_MACRO = re.compile(r"\\([a-zA-Z]+)(?:\{\})?")
+_MOST_MACROS = 1000
+"""This many are replaced: with more, a short file could become very long."""
+
+
+def _with_macros(text: str) -> str:
+    """Write the text of each macro of LaTeX in its places; lines keep their numbers."""
+    macros = dict(_NEW_MACRO.findall(text))
+    if not macros:
+        return text
+    rest = _NEW_MACRO.sub("", text)
+    return _MACRO.sub(
+        lambda macro: macros.get(macro[1], macro[0]), rest, count=_MOST_MACROS
+    )
 
 
 _PAGES = (".html", ".htm")

@@ -255,7 +255,9 @@ def _take_apart(match: re.Match[str], root: Path) -> Submission:
 def _without_ending(path: str) -> str:
     """Return the name of a file without its ending, both of "lab.csv.gz"."""
     file = path.rpartition("/")[2]
-    return re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
+    packed = file.removesuffix(".gz").removesuffix(".GZ")
+    stem, _, _ = packed.rpartition(".")
+    return stem or file
 
 
 def _with_user_names(platform: str, named: Named) -> Named:
@@ -327,7 +329,12 @@ def _flat_key(name: str) -> str:
     It is ``jdoe`` for ``jdoe.csv``, ``jdoe (1).csv`` and ``jdoe_answers.toml``.
     """
     stem = _COPY_AND_ENDING.sub("", name) or name
-    key = re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem
+    key = stem
+    for word in ("answers", "report"):
+        is_behind = key.lower().endswith(word) and key[-len(word) - 1 :][:1] in "-_. "
+        if is_behind and len(key) > len(word) + 1:
+            key = key[: -len(word) - 1]
+            break
     return shown(key) or "_"
 
 

@@ -360,7 +360,7 @@ def test_the_lines_of_the_period_have_the_m0_of_their_day() -> None:
     slopes = [
         line.get_ydata()[1] / line.get_xdata()[1]
         for line in axes.lines
-        if len(line.get_xdata()) == 2 and line.get_xdata()[1]
+        if len(line.get_xdata()) == 2 and line.get_ydata()[1]
     ]
     expected = [
         2 * np.pi * TRUTH * np.pi / 30 / (1e-3 * grams * G * 0.15 + m0)

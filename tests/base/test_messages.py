@@ -90,10 +90,6 @@ LOGS = {
         f"{HEADER}\n500,40,906,0.6,1\n500,40,1200,0.8,1\n250,40,1200,1.6,1\n",
         "so the weight dominates the ball",
     ),
-    "a nutation": (
-        f"{HEADER},nutation period [s]\n20,15,406,40.4,1,0.2\n40,15,406,20.2,1,0.2\n",
-        "the periods of the nutation give I/I_zz = ",
-    ),
     "a wrong force": (
         runs_off_at("0.589", "force [N],position [cm]", (0.196, 0.392, 0.589, 0.785))
         .replace(",206,", ",15,206,")

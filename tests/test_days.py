@@ -385,3 +385,23 @@ def test_intervals_of_two_days_contain_the_truth() -> None:
         disagree += lab.blocks_agreement.p < 0.01
     assert inside >= 11
     assert disagree <= 1
+
+
+def test_a_bad_balance_of_one_day_is_a_finding() -> None:
+    """M0 of 60 % of the lightest torque on one day, and of -60 % on the other one."""
+    rows = []
+    lightest = 0.020 * G * 0.15
+    for day, share in (("1", 0.6), ("2", -0.6)):
+        for grams in (20, 40, 60):
+            for rpm in (200, 400, 600):
+                torque = grams * 1e-3 * G * 0.15 + share * lightest
+                spin = rpm * np.pi / 30
+                rows.append(
+                    f"{day},{grams},15.0,{rpm},{2 * np.pi * TRUTH * spin / torque:.2f},1"
+                )
+    header = "day,mass [g],position [cm],spin [rpm],time [s],turns"
+    log = "\n".join([f"# g: {G} m/s^2", header, *rows]) + "\n"
+    lab = gyrodata.analyze(log.encode(), name="log.csv")
+    poor = [one for one in lab.diagnostics if one.code == "G433"]
+    assert len(poor) == 1
+    assert poor[0].doubt == "size"

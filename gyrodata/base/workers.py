@@ -117,7 +117,8 @@ def in_workers(
     elif lost:
         for half in (lost[:middle], lost[middle:]):
             if half:
-                yield from in_workers(work, half, workers, limit)
+                # Never in this process, which the task could end too.
+                yield from in_workers(work, half, max(workers, 1), limit)
 
 
 def _batches(tasks: Sequence[Task], workers: int) -> Iterator[Sequence[Task]]:

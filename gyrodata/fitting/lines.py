@@ -224,7 +224,10 @@ def _iterate(
         moved = float(abs(step.change[0]) / size)
         # Rounding prevents smaller steps.
         is_last = moved < 1e-13 and moved >= 0.5 * last
-        if is_last or moved < 1e-17:
+        # The first derivatives are those at the measured x: a start that satisfies them
+        # is no solution yet.
+        is_adjusted = last < math.inf
+        if is_last or (is_adjusted and moved < 1e-17):
             break
         last = moved
         # The next derivatives are computed at the adjusted x.

@@ -206,6 +206,8 @@ def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
 
 
 USUAL = "the usual uncertainties of such readings"
+UNUSUAL = 0.05
+"""A scatter with a smaller probability is not said to agree with the uncertainties."""
 
 
 def scatter_of(analysis: FittedLog) -> tuple[tuple[float, int], ...]:
@@ -259,9 +261,11 @@ def _scatter_mark(
         p = -math.expm1(len(chances) * math.log1p(-smallest))
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if criterion.curve.variable == "p":
-        share = criterion.curve.share(p)
-        is_usual = share == 1
-        agrees = "agrees with" if is_usual else "is more than"
+        agrees = "agrees with"
+        if p < UNUSUAL:
+            agrees = "is more than"
+        if p < UNUSUAL and criterion.curve.share(p) == 1:
+            agrees = "is not clearly more than"
         reason += f", which {agrees} {words} ({p_text(p)})"
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
@@ -436,6 +440,8 @@ def judge_reference(
 # relative difference of an uncertainty that is rounded to one digit, from another
 # computation
 ROUNDED = 0.3
+TWO_DIGITS = 0.05
+"""Relative difference of an uncertainty that is rounded to two digits."""
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -454,7 +460,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     low, high = _u_of_fits(evidence)
     ratio = min(u / low, max(1.0, u / high))
     spread = _spread_of_weights(evidence.analysis)
-    if abs(u - spread) < ROUNDED * spread:
+    is_of_weights = abs(u - spread) < ROUNDED * spread
+    if is_of_weights or abs(ratio - 1) < TWO_DIGITS:
         ratio = 1.0
     whole = inertia_range_text(low, high)
     reason = f"± {inertia_range_text(reported.u, reported.u)}"

@@ -103,7 +103,7 @@ def write_results(
     names = feedback_names(class_grades)
     files = {}
     for submission in class_grades.submissions.items:
-        own = [basename(file) for file in submission.beside_log]
+        own = [basename(file) for file in submission.files_to_read]
         files[submission.student] = listing(own, exports.MOST_NAMED)
     yield from _keep_table(folder, class_grades.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(class_grades, filled.by_hand if filled else ())

@@ -170,4 +170,6 @@ def samples_of(kind: type) -> dict[str, list[Any]]:
                 known += part.get("enum", part.get("examples", ()))
             words = shape.get("items", {}).get("enum")
             known += [words] if words else []
+    for key, known in samples.items():
+        samples[key] = [item for at, item in enumerate(known) if item not in known[:at]]
     return samples

@@ -369,15 +369,17 @@ NO_BALANCE = 0.5
 
 def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    m0 = lab.fit.residual_torque
+    # Each day has its own M0.
+    m0 = max(lab.fit.balances.tolist(), key=abs)
+    u = lab.fit.residual_torque.u or 0.0
     lightest = fitting.lightest_torque(lab.measured, lab.fit.adjusted.kept)
-    uncertain = min(2 * (m0.u or 0.0), 2 * lightest)
-    is_small = abs(m0.value) <= max(POOR_BALANCE * lightest, uncertain)
+    uncertain = min(2 * u, 2 * lightest)
+    is_small = abs(m0) <= max(POOR_BALANCE * lightest, uncertain)
     if lab.measured.balanced is False or is_small or lab.contradicts_itself:
         return
-    share = abs(m0.value) / lightest
+    share = abs(m0) / lightest
     poor = lab.say(
-        "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(lab)
+        "balance_poor", m0=1e3 * m0, percent=100 * share, hanger=_hanger(lab)
     )
     # Wrong masses or arms can look like an M0 that no ball has.
     yield replace(poor, doubt="size") if share > NO_BALANCE else poor

@@ -101,7 +101,7 @@ def uncertainty_text(u: float, factor: float = 1.0) -> str:
     The text contains two digits, and all digits before the point.
     """
     u /= factor
-    if 100 <= abs(u) < 1e9:
+    if 99.5 <= abs(u) < 1e9:
         return f"{u:.0f}"
     return f"{u:#.2g}".rstrip(".")
 
@@ -180,7 +180,7 @@ def percent_text(value: float) -> str:
         return "0 %"
     if abs(percent) < 0.001:
         return "< 0.001 %"
-    if abs(percent) < 100:
+    if abs(percent) < 99.5:
         return f"{percent:+.2g} %"
     return f"{percent:+.0f} %"
 
@@ -194,9 +194,9 @@ def p_text(p: float) -> str:
 
 def duration_text(seconds: float) -> str:
     """Write a duration [s] in at most two units, cut off: "2 days 4 h"."""
-    if seconds < 60:
+    if round(seconds) < 60:
         return f"{seconds:.0f} s"
-    days, rest = divmod(int(seconds), 86400)
+    days, rest = divmod(max(60, int(seconds)), 86400)
     hours, rest = divmod(rest, 3600)
     minutes = rest // 60
     unit_of_days = "day" if days == 1 else "days"

@@ -191,3 +191,26 @@ def test_p_is_the_upper_tail_of_chi_square_by_mpmath(count: int) -> None:
         )
         assert line.p == pytest.approx(expected, rel=1e-9)
     assert (fit_line(x, y).p, fit_line(x[:2], y[:2], cov_y=1.0).p) == (None, None)
+
+
+def test_equal_errors_give_deming_s_line() -> None:
+    """Errors of one size in all points: the slope has a closed form.
+
+    The start of the iteration can satisfy its first conditions to the last digit, and
+    is not the answer.
+    """
+    assert fit_line([0, 1, 2], [0, 1, 5], cov_x=1.0).slope == pytest.approx(2.8)
+    random = np.random.default_rng(11)
+    for _ in range(200):
+        count = random.integers(4, 14)
+        x = np.arange(count) + random.normal(0, 0.1 * count, count)
+        y = 2 * np.arange(count) + random.normal(0, 0.1 * count, count)
+        u2x, u2y = random.uniform(0.1, 2.0, 2)
+        line = fit_line(x, y, u2x, u2y)
+        ratio = u2y / u2x
+        (s_xx, s_xy), (_, s_yy) = np.cov(x, y)
+        half = (s_yy - ratio * s_xx) / 2
+        slope = (half + math.sqrt(half**2 + ratio * s_xy**2)) / s_xy
+        assert line.slope == pytest.approx(slope, rel=1e-9)
+        middle = np.mean(y) - slope * np.mean(x)
+        assert line.intercept == pytest.approx(middle, rel=1e-7, abs=1e-9)

@@ -310,3 +310,25 @@ def test_macros_do_not_make_a_short_file_long() -> None:
     head = r"\newcommand{\a}{" + "x" * 200 + "}\n"
     answers = read_answers(None, [("report.tex", (head + r"\a" * 200_000).encode())])
     assert answers.inertia is None
+
+
+@pytest.mark.parametrize(
+    "behind",
+    [
+        "(expected 4.5 g m^2)",
+        "[theory 4.5 g m^2]",
+        "(accepted value 4.5e-3 kg m^2)",
+        "(reference: 4.5 g m^2)",
+    ],
+)
+def test_a_value_to_compare_in_brackets_is_not_about_the_answer(behind: str) -> None:
+    text = f"I_zz = (4.40 ± 0.05) g m^2 {behind}"
+    answer = read_answers(None, [("report.txt", text.encode())]).inertia
+    assert answer is not None
+    assert (answer.value, answer.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3))
+
+
+@pytest.mark.parametrize("behind", ["(theory)", "(expected)", "(theory, m = 4 kg)"])
+def test_a_value_that_its_bracket_calls_another_is_no_answer(behind: str) -> None:
+    text = f"I_zz = (4.50 ± 0.05) g m^2 {behind}"
+    assert read_answers(None, [("report.txt", text.encode())]).inertia is None

@@ -196,8 +196,8 @@ def class_page(
     items = {item.student: item for item in class_grades.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
-        """Return the name and the address of each file besides the log."""
-        return file_links(items[student], items[student].beside_log, folder)
+        """Return the name and the address of each file."""
+        return file_links(items[student], items[student].files_to_read, folder)
 
     # Texts of students may be very long; a line for the desk is copied as it is.
     page = environment().overlay()

@@ -304,6 +304,8 @@ _OTHER_UNIT = (
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|(?<![.,;|])[.,;|]*$"
+_OTHER_VALUE = rf"[\[(][^()\[\]]{{1,60}}\d[^()\[\]]{{0,20}}(?:{_UNIT[4:]})"
+"""A bracket with a value to compare: "(expected 4.5 g m^2)"."""
 _OUTER_BARS = r"^\|(?:[\s|]+$)?|(?<![\s|])[\s|]+$"
 _COUNT = r"(?<![\w.,])\d{1,2}(?=\s(?!percent|per cent|Prozent)(?i:[^\W\d]{3}|is\b|es\b|we\b))"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{SAYS['range']}\s+)?$"
@@ -379,7 +381,8 @@ def _quantities(
             before = words
         behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
         rest = sentence[end:]
-        after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", rest)[0]
+        end_of_words = rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:|{_OTHER_VALUE}"
+        after = re.split(end_of_words, rest)[0]
         read = read_reported("inertia", value[0], number)
         quantity = _Quantity(read, before, behind, after, end)
         # A row of an uncertainty does not get that of the next row.

@@ -20,7 +20,7 @@ from gyrodata.grading.submissions.answers import (
     Answers,
     read_answers,
 )
-from gyrodata.grading.submissions.archives import place_of, read_file
+from gyrodata.grading.submissions.archives import TABLES, ending, place_of, read_file
 from gyrodata.grading.submissions.documents import (
     Document,
     as_log,
@@ -192,13 +192,17 @@ class Submission(Struct, frozen=True, dict=True):
         return read_answers(log, self.documents)
 
     @property
-    def beside_log(self) -> list[str]:
+    def files_to_read(self) -> list[str]:
         """The files for a person to look into.
 
-        They are all files except the log, or the log if it is the only file.
+        They are the texts besides the log; or the log that is graded, and not an
+        earlier one; or all files.
         """
         others = [name for name in self.members if name != self.log_name]
-        return others or list(self.members)
+        texts = [name for name in others if ending(name) not in TABLES]
+        if texts or self.log_name is None:
+            return texts or others
+        return [self.log_name] if self.log_name in self.members else others
 
     @property
     def feedback_name(self) -> str:

@@ -161,7 +161,7 @@ _DEVICE = re.compile(r"(?i)^(?:con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³]) *(
 
 
 def file_name(name: str, room: int = 0) -> str:
-    """Return a name that every system can write, and that no other name becomes.
+    """Return a name that every system can write; different names stay different.
 
     Characters that Windows forbids become a _, and its device names get one in front.
     The name has at most 255 bytes with `room` bytes for an ending. A changed name ends

@@ -246,7 +246,7 @@ def quantity(option: str, text: str, kind: str, bound: str = "") -> float:
         "below 90 degrees": size >= math.pi / 2,
         "from -90 to 90 degrees": size > math.pi / 2,
     }
-    if broken.get(bound):
+    if bound and broken[bound]:
         refuse("option_impossible", shown=shown, bound=bound)
     # No angle is too small: the pitch of a level rod may be nearly zero.
     is_small = 0 < size < low and kind != "angle"

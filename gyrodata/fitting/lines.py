@@ -222,12 +222,9 @@ def _iterate(
         steepest = np.ptp(y) / np.abs(x).max()
         size = abs(unknowns[0]) + steepest + 1e-300
         moved = float(abs(step.change[0]) / size)
-        # Rounding prevents smaller steps.
-        is_last = moved < 1e-13 and moved >= 0.5 * last
-        # The first derivatives are those at the measured x: a start that satisfies them
-        # is no solution yet.
-        is_adjusted = last < math.inf
-        if is_last or (is_adjusted and moved < 1e-17):
+        # Rounding prevents smaller steps. The first step is never the last one: its
+        # derivatives are those at the measured x, and the start may satisfy them.
+        if moved < 1e-13 and moved >= 0.5 * last:
             break
         last = moved
         # The next derivatives are computed at the adjusted x.

@@ -533,6 +533,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
         ratio = _ratio_of_inertia(lab, change)
     except fitting.NoFit:
         return None
+    # Of an effect that the fit contains, the change removes it; else it adds it.
     return ratio - 1 if change.kept else 1 / ratio - 1
 
 

@@ -206,7 +206,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def product(self) -> Floats:
-        """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,)."""
+        """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,).
+
+        The spin is as it was read; the fit corrects it for a late reading.
+        """
         sign = np.where(self.sense == 0, 1.0, self.sense)
         rate = sign * self.precession_rate
         return rate * self.spin

@@ -287,6 +287,7 @@ class CellReader:
     def _quantity(self, text: str) -> Quantity:
         ask = self.signs.may_separate_thousands(text)
         if ask:
+            # Raises an error that asks; `read_cell` asks about commas alone.
             read_cell(text.replace(".", ","), self.kind, self.unit, ask=True)
         is_word = self.role in _IN_WORDS and not _is_number_or_fraction(text)
         number = number_in_words(text, self.role) if is_word else ""

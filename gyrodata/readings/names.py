@@ -94,7 +94,7 @@ class Phrases:
         for phrase in vocabulary.phrases(key):
             # The beginning of a word, without signs such as those in "don't"
             first = phrase.lower().split()[0]
-            letters = _LETTERS.search(first)
+            letters = _WORD.search(first)
             first = letters[0] if letters else first
             self._by_first_word.setdefault(first, []).append(phrase)
             if " " not in phrase:
@@ -107,7 +107,7 @@ class Phrases:
         likely = {
             phrase for word, phrase in self._single_words.items() if word in small
         }
-        for word in _LETTERS.findall(small):
+        for word in _WORD.findall(small):
             likely.update(self._by_first_word.get(word, ()))
         if not likely:
             return False
@@ -118,7 +118,7 @@ class Phrases:
         return re.sub(self.pattern, instead, text)
 
 
-_LETTERS = re.compile(r"\w+")
+_WORD = re.compile(r"\w+")
 
 
 def squeezed_names(names: str) -> list[str]:

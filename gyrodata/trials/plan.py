@@ -273,9 +273,9 @@ class _Load(Struct, frozen=True):
 
     like: int
     """Index of this run."""
-    mass: float = 1.0
+    mass_ratio: float = 1.0
     """Its mass over that of the run [1]."""
-    position: float = 1.0
+    position_ratio: float = 1.0
     """Its position over that of the run [1]."""
 
 
@@ -322,13 +322,13 @@ def _with_run(
     like = load.like
     bias = fit.timing_bias.value
     balance = fit.balances[like]
-    torque = measured.torque[like] * load.mass * load.position
+    torque = measured.torque[like] * load.mass_ratio * load.position_ratio
     time = (fit.fitted_time[like] - bias) * turns / measured.turns[like]
     faster = spin / measured.spin[like]
     slower = (measured.torque[like] + balance) / (torque + balance)
     values = {
-        "mass": measured.mass[like] * load.mass,
-        "position": measured.position[like] * load.position,
+        "mass": measured.mass[like] * load.mass_ratio,
+        "position": measured.position[like] * load.position_ratio,
         "torque": torque,
         "spin": spin,
         "turns": turns,
@@ -337,7 +337,7 @@ def _with_run(
     larger = select(measured, [*range(len(measured.runs)), like])
     for name, value in values.items():
         getattr(larger, name)[-1] = value
-    is_new = {"mass": load.mass != 1, "position": load.position != 1}
+    is_new = {"mass": load.mass_ratio != 1, "position": load.position_ratio != 1}
     for source in larger.sources:
         is_of_all = source.shared_by.startswith("all runs")
         is_own = not source.shared_by or is_new.get(source.quantity)

@@ -128,9 +128,8 @@ class Desk(Struct, frozen=True):
     lines: Mapping[
         str, tuple[Decision, ...]
     ] = {}  # by student, in the order of the file
-    left: frozenset[tuple[str, str]] = (
-        frozenset()
-    )  # student and what of the lines with a name but no value
+    left: Mapping[tuple[str, str], Decision] = {}
+    """The lines with a name but no value, by student and what."""
     settled: Mapping[frozenset[str], str] = {}
     """How each flag is settled, by its students; one student alone: all flags of that
     student."""
@@ -198,6 +197,8 @@ class Desk(Struct, frozen=True):
         """
         lines = self.lines.get(grade.student, ())
         now = dict(_seen_with(decision, grade, item) for decision in lines)
+        if confirmation := self.left.get((grade.student, "total")):
+            now |= dict([_confirmed_with(confirmation, grade, item)])
         return {key: before.get(key, digest) for key, digest in now.items()}
 
     def corrected(self, item: Submission) -> Submission:
@@ -223,6 +224,10 @@ class Desk(Struct, frozen=True):
         about = f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         digest = hashlib.sha256(about).hexdigest()
         stale = _stale(lines, grade, item, first_seen)
+        if confirmation := self.left.get((grade.student, "total")):
+            key, seen = _confirmed_with(confirmation, grade, item)
+            if first_seen.get(key, seen) == seen:
+                stale = []
         grade = _with_marks(grade, decisions)
         grade = _with_points(grade, decisions)
         is_settled = any(what in decisions for what in SETTLING)
@@ -244,7 +249,8 @@ def _stale(
         if is_about_points and first_seen.get(key, digest) != digest:
             what = f"{line.what} {line.value} was set by hand"
             stale.append(
-                f"{STALE} {what}: decide again, or confirm it with a new reason"
+                f"{STALE} {what}: decide again; or confirm all decisions by a line "
+                "total with your name, a new reason and no value"
             )
     return stale
 
@@ -306,6 +312,11 @@ def _seen_with(decision: Decision, grade: Grade, item: Submission) -> tuple[str,
     return repr(decision), grade.digest
 
 
+def _confirmed_with(line: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
+    """Return the key of a line that confirms all others, and what it was written for."""
+    return f"confirmed: {line!r}", f"{grade.digest} {item.original_digest}"
+
+
 NO_DESK = Desk()
 
 
@@ -336,9 +347,8 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     decided = {}
     for student, mine in read.lines.items():
         decided[student] = tuple(decision for _, decision in mine.values())
-    left = frozenset(read.left)
     written = tuple(read.written)
-    return Desk(decided, left, read.settled, path.parent, written, read.requests)
+    return Desk(decided, read.left, read.settled, path.parent, written, read.requests)
 
 
 class _ReadDesk(Struct):
@@ -346,7 +356,7 @@ class _ReadDesk(Struct):
 
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
     """The number and the decision of each line, by student and by what is decided."""
-    left: set[tuple[str, str]] = set()
+    left: dict[tuple[str, str], Decision] = {}
     settled: dict[frozenset[str], str] = {}
     written: list[Line] = []
     requests: dict[str, list[str]] = {}
@@ -365,7 +375,8 @@ class _ReadDesk(Struct):
             if decision.what == REGRADE:
                 self.requests.setdefault(people[0], []).append(decision.why)
             elif decision.by:
-                self.left |= {(student, decision.what) for student in people}
+                for student in people:
+                    self.left[student, decision.what] = decision
             return
         if decision.what == FLAG:
             self.settled[frozenset(people)] = decision.value

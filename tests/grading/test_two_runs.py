@@ -61,6 +61,26 @@ def test_new_log_below_a_decision_about_the_log_is_told(
 
 
 @pytest.mark.slow
+def test_one_line_confirms_all_decisions_for_a_new_submission(tmp_path: Path) -> None:
+    make_folder(tmp_path / "class", {**OTHERS, "a/lab.csv": a_log(3)})
+    desk = "a,reported,4.44e-3 ± 0.05e-3 kg m^2,Ann,\na,bonus,1,Ann,\n"
+    run(tmp_path, desk=desk)
+    assert looks(tmp_path, "a") == []
+    for version in (7, 8):
+        (tmp_path / "class" / "a" / "lab.csv").write_text(a_log(version))
+        run(tmp_path)
+        questions = looks(tmp_path, "a")
+        assert len(questions) == 2
+        assert all("confirm all decisions" in question for question in questions)
+        desk += f"a,total,,Ann,looked at version {version}\n"
+        for _ in range(2):
+            run(tmp_path, desk=desk)
+            assert looks(tmp_path, "a") == []
+    todo = (tmp_path / "grades" / "desk-todo.csv").read_text()
+    assert "resubmitted" not in todo
+
+
+@pytest.mark.slow
 def test_unknown_lateness_asks_for_the_points_to_take_off(tmp_path: Path) -> None:
     logs = {f"doe_{seed}_90{seed}_lab.csv": a_log(seed) for seed in (10, 11)}
     logs["roe_LATE_12_9012_lab.csv"] = a_log(12)

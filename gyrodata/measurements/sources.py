@@ -418,9 +418,9 @@ def _rounding_of_turns(turns: Column) -> Iterator[Source]:
 
     The error of sighting the rod is another one, of each run alone.
     """
-    # As decimals: 33.3 % is 0.333.
-    texts = ["" if reading.u else f"{reading.value:g}" for reading in turns.readings]
-    doubts = {text: rounded_turns(text)[1] for text in set(texts)}
+    texts = ["" if reading.u else reading.text for reading in turns.readings]
+    values = dict(zip(texts, values_of(turns), strict=True))
+    doubts = {text: rounded_turns(text, values[text])[1] for text in values}
     rounding = np.array([doubts[text] for text in texts])
     rounding[rounding < NEGLIGIBLE_ROUNDING * np.abs(values_of(turns))] = 0.0
     if not rounding.any():

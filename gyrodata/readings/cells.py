@@ -94,8 +94,8 @@ def fraction_of_date(text: str) -> str:
     return ""
 
 
-def rounded_turns(text: str) -> tuple[str, float]:
-    """Return the fraction that was rounded to 0.33 or 0.7.
+def rounded_turns(text: str, value: float) -> tuple[str, float]:
+    """Return the fraction that was rounded to 0.33 or 0.7; `value`: the turns.
 
     The function also returns half of the rounding's width. The result is ("", 0) for
     other numbers.
@@ -106,10 +106,14 @@ def rounded_turns(text: str) -> tuple[str, float]:
     if not numerals.PLAIN.fullmatch(text):
         return "", 0.0
     place = numerals.last_place(text)
+    typed = to_float(text)
+    if math.isclose(typed, 100 * value):
+        place -= 2  # 33.3 %
+    elif not math.isclose(typed, value):
+        return "", 0.0  # a count of thirds
     # Whole turns are meant as written.
     if place >= 0:
         return "", 0.0
-    value = to_float(text)
     step = float(f"1e{place}")
     twelfths = round(value * 12)
     change = abs(value - twelfths / 12)

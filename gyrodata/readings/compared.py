@@ -7,7 +7,6 @@ from collections.abc import Collection, Iterable, Mapping
 from itertools import pairwise
 
 from gyrodata.quantities.notation import read_cell
-from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of, parse_unit
 from gyrodata.readings import layout, roles
 from gyrodata.readings.captions import ROLE_OF_KIND
@@ -308,11 +307,12 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
     if part_counted(parse_header(turns.header)):
         return
     texts = [reading.text if reading.u is None else "" for reading in turns.readings]
+    values = {reading.text: reading.value or 0.0 for reading in turns.readings}
     for text in dict.fromkeys(texts):
         if "." not in text and "," not in text:
             continue
-        meant, doubt = rounded_turns(text)
-        if meant and doubt > _SMALL_DOUBT * to_float(text):
+        meant, doubt = rounded_turns(text, values[text])
+        if meant and doubt > _SMALL_DOUBT * values[text]:
             run = texts.index(text)
             place = turns.place(run)
             faults.add("rounded", place, text=text, doubt=doubt, meant=meant)

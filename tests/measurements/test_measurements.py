@@ -155,6 +155,8 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
             HEAD.replace("turns", "turns [%]") + ROW.replace("1/3", "33.3"),
             {"angle": 2**0.5 / 360 / 0.333, "rounded_turns": 0.001 / 3**0.5 / 0.333},
         ),
+        # A typed fraction is no rounded one.
+        (HEAD + ROW.replace("1/3", "1/5"), {"rounded_turns": None}),
         (
             HEAD + ROW.replace("1/3", "0.3333333"),
             {"angle": 3 * 2**0.5 / 360, "rounded_turns": None},

@@ -1,4 +1,9 @@
-"""The commands: only this package prints and exits, and it imports modules late."""
+"""The commands of ``gyro``: only this package prints and exits.
+
+The words of a command line go in; text, files and an exit code come out. Nothing here
+computes a result: the commands call the rooms below, and import them late, so that the
+start is fast.
+"""
 
 from __future__ import annotations
 

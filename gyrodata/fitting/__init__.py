@@ -1,5 +1,9 @@
 """The fits: I_zz from raw readings, with errors that runs share.
 
+`Measurements` go in, and a `FitResult` comes out: I_zz, the residual torque M0 and the
+timing bias b with their uncertainties. Nothing here reads a log, or leaves out a run
+that the caller does not name; whether the result is credible is asked in `judging`.
+
 `fit` is the recommended fit of one log, and `screen` finds the runs that do not agree
 with the others. `TEXTBOOK` contains the textbook fits for comparison. `fit_line` fits a
 line to points with errors in both variables. `adjustment` contains the equation that is

@@ -1,7 +1,9 @@
 """Measured values in SI, and every uncertainty component with the runs that share it.
 
-`Readings` contain the text of a log; `Measurements` contain its meaning: a timed
-interval, a mean spin and a torque for each run, and a list of `Source`s. A source is
+`Readings` go in, and `Measurements` come out: a timed interval, a mean spin and a torque
+for each run, and a list of `Source`s. Nothing here is fitted, and no run is left out.
+
+`Readings` contain the text of a log; `Measurements` contain its meaning. A source is
 one independent cause of error, such as the reading of one weight or the zero of the
 ruler. Runs that share it have the same group number, so no covariance matrix is needed.
 If a reading is written in several runs, it is one reading: equal weights share their

@@ -1,8 +1,12 @@
 """Mechanics of the gyroscope: closed forms, exact motion, theory for numbers.
 
+Numbers or arrays in SI go in, and numbers or arrays in SI come out; a value that does
+not exist is NaN, or in a prediction None with the reason. Nothing here knows a log, a
+fit or a page.
+
 `closed_forms` contains the equations that this package hands on; `motion` integrates
-the motion of a top; `prediction` answers the questions of `gyro predict`. Nothing here
-knows a log, a fit or a page.
+the motion of a top; `models` lists how a rod may move while it is timed; `prediction`
+answers the questions of `gyro predict`.
 """
 
 from gyrodata.physics.closed_forms import (

@@ -1,9 +1,9 @@
 """The reader makes `Readings` in SI from a lab log.
 
-The log may be CSV, standard input, a workbook or a DataFrame.
-
-The reader accepts many forms, but it never guesses what would change the answer. It
-reports every fault in one pass, with its place and what to type.
+A log goes in: CSV, standard input, a workbook or a DataFrame. `Readings` come out: each
+cell in SI with its place, and every fault of the log, found in one pass, with its place
+and what to type. The reader accepts many forms, but it never guesses what would change
+the answer. Nothing here knows how a gyroscope moves.
 """
 
 from gyrodata.quantities.units import Uncertainty

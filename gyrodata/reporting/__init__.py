@@ -1,4 +1,5 @@
 """An `Analysis` in words: the text summary, JSON, tables, the documents and the page.
 
-Nothing is computed here that is not already in the result.
+An `Analysis` goes in; texts, tables, figures and the bytes of a report's files come out.
+Nothing here prints, writes a file, or computes what is not already in the result.
 """

@@ -1,13 +1,14 @@
 """The fits: I_zz from raw readings, with errors that runs share.
 
 `Measurements` go in, and a `FitResult` comes out: I_zz, the residual torque M0 and the
-timing bias b with their uncertainties. Nothing here reads a log, or leaves out a run
-that the caller does not name; whether the result is credible is asked in `judging`.
+timing bias b with their uncertainties. Runs without a solution raise `NoFit`. Nothing
+here reads a log, or chooses the runs: the caller says which ones are left out, and asks
+whether the answer is credible.
 
-`fit` is the recommended fit of one log, and `screen` finds the runs that do not agree
-with the others. `TEXTBOOK` contains the textbook fits for comparison. `fit_line` fits a
-line to points with errors in both variables. `adjustment` contains the equation that is
-fitted.
+`fit` fits the given runs of one log, and `screen` finds the runs that do not agree with
+the others; `recommend` of `judging` uses both. `TEXTBOOK` contains the textbook fits
+for comparison. `fit_line` fits a line to points with errors in both variables.
+`adjustment` contains the equation that is fitted.
 """
 
 # ruff: noqa: I001 - the lists below are packed

@@ -68,11 +68,12 @@ def analyze(
         ``--map``.
     config : path, optional
         TOML file with settings and mapping.
-    model : {"auto", "horizontal", "steady", "released"}
-        Eq. (9), eq. (8), the mean rate of a rod that is released from rest, or the
-        simplest of them that is accurate enough for the log. If the log does not say
-        how the rod was started, "auto" can also assume half the effect of a release:
-        the model is then named "released", too.
+    model : str
+        "horizontal" (eq. (9)), "steady" (eq. (8)), "released" (a rod that is released
+        from rest), or another name of ``--model``; "auto" is the simplest that is
+        accurate enough for the log. If the log does not say how the rod was started,
+        "auto" can also assume half the effect of a release: the model is then named
+        "released", too.
     keep_flagged : bool
         Keep all outliers in the fit. By default those are left out that are certainly
         wrong; the other outliers are only named.
@@ -126,15 +127,17 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         analysis = judge(fit_log(readings, options or Options()))
     except LogError as error:
         raise LogError(_in_own_files(error.diagnostics, readings)) from None
-    starts = [readings.files[readings.file_of(line)][0] for line in readings.lines]
     return replace(
         analysis,
         diagnostics=_in_own_files(analysis.diagnostics, readings),
-        run_table=tuple(
-            replace(run, line=run.line - start)
-            for run, start in zip(analysis.run_table, starts, strict=True)
-        ),
+        run_table=tuple(_in_own_log(run, readings) for run in analysis.run_table),
     )
+
+
+def _in_own_log(run: tables.Run, readings: Readings) -> tables.Run:
+    """Return a run with its line in the one of several logs that contains it."""
+    start, _ = readings.files[readings.file_of(run.line)]
+    return replace(run, line=run.line - start)
 
 
 def _in_own_files(
@@ -395,7 +398,7 @@ def check_log(
         has_torque = measured.torque.any()
         lacking = what_lacks(readings, measured, None) if has_torque else []
         return None, (*error.diagnostics, *_in_own_files(lacking, readings))
-    lacking = what_lacks(readings, analysis.measurements, analysis.lab)
+    lacking = what_lacks(analysis.readings, analysis.measurements, analysis.lab)
     return analysis, (*analysis.diagnostics, *_in_own_files(lacking, readings))
 
 

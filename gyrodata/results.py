@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -474,6 +474,11 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
 
 NO_P = "no degrees of freedom: as many unknowns as runs"
 """Why there is no probability of chi-square."""
+
+
+def runs_with_notes(analysis: Analysis) -> Iterator[tuple[Run, str]]:
+    """Pair each run of the table of runs, as in the JSON, with its note."""
+    return zip(analysis.run_table, analysis.readings.notes, strict=True)
 
 
 class Input(Struct, eq=False):

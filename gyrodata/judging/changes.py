@@ -162,7 +162,9 @@ def _effects(lab: Lab) -> Iterator[Change]:
     yield _residual_torque(lab)
     yield from _errors_of_all_runs(lab)
     for model in models.of_effects().values():
-        yield _effect_of_model(lab, model)
+        is_used = lab.motion.of_effect(model.effect)
+        if is_used or model.is_listed(lab.timed_runs):
+            yield _effect_of_model(lab, model)
         if model.tilted:
             yield from _total_spin_read(lab)
 

@@ -99,11 +99,16 @@ MOST_SHOWN = 3
 """Largest number of explanations, and of corrections, that are shown."""
 
 
+MESSAGES = {"weight": "weight_wrong"}
+"""The message of a kind of explanation in `messages.toml`, if it is not "shared_error"."""
+
+
 class Explanation(Struct, frozen=True):
     """A mistake with which the runs of a log would agree."""
 
     kind: str
-    """"runs", "weight", "turns", "hand", "origin", "drift" or "balance"."""
+    """"runs", "weight", "turns", "hand", "origin", "drift" or "balance"; `MESSAGES`
+    names its message."""
     words: str
     remedy: str
     """What to do, with the text to type; "" if the message of the runs says it."""

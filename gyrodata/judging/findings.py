@@ -23,7 +23,7 @@ from gyrodata.judging import changes, mistakes
 from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
 from gyrodata.judging.corrections import written
-from gyrodata.judging.explanations import ONE_BALANCE, Explanation
+from gyrodata.judging.explanations import MESSAGES, ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -263,7 +263,7 @@ def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
         yield _list_explanations(lab)
     elif _is_explained(lab):
         only = lab.explanations[0]
-        name = "weight_wrong" if only.kind == "weight" else "shared_error"
+        name = MESSAGES.get(only.kind, "shared_error")
         yield lab.say(name, words=only.words, remedy=only.remedy)
 
 

@@ -137,8 +137,6 @@ class MotionModel(Struct, frozen=True):
     start: ClassVar[str] = ""
     """What the line ``# motion:`` says of such a rod: "steady" there is a way to start,
     and not the model "steady", which is eq. (8)."""
-    start_words: ClassVar[str] = ""
-    """How the rod was started, after "the rod"."""
     tilted: ClassVar[bool] = False
     """True if the fit uses eq. (8) with each run's pitch, not eq. (9)."""
     sags: ClassVar[bool] = False
@@ -154,6 +152,13 @@ class MotionModel(Struct, frozen=True):
     def is_stated(self, runs: TimedRuns) -> bool:
         """Return whether a log states that its rods moved in this way."""
         return False
+
+    def is_listed(self, runs: TimedRuns) -> bool:
+        """Return whether the table of effects has a row for it if it is not used.
+
+        A model of a special bench returns `is_stated` of the log.
+        """
+        return True
 
     def is_silent(self, runs: TimedRuns) -> bool:
         """Return whether a log does not say if its rods moved in this way.
@@ -216,7 +221,6 @@ class Horizontal(MotionModel, frozen=True):
     name = "horizontal"
     words = "eq. (9), a level rod"
     start = "steady"
-    start_words = "was guided until it precessed steadily"
 
     def is_corrected(self, runs: TimedRuns) -> bool:
         """Return False: the fit contains eq. (9)."""
@@ -285,7 +289,6 @@ class Released(MotionModel, frozen=True):
     effect = "release"
     effect_words = "nutation after letting go"
     start = "released"
-    start_words = "was released from rest"
     sags = True
     source_words = {
         "nutation": "nutation at the last button press",
@@ -300,8 +303,10 @@ class Released(MotionModel, frozen=True):
         """Say whether the rod counts as released."""
         if kept:
             return f"the mean rate of a rod released from rest is used{as_asked}"
-        if runs.start == HORIZONTAL.start:
-            return "steady, as the log says; this is for a rod released from rest"
+        if runs.start not in (None, self.start):
+            return (
+                f"{runs.start}, as the log says; this is for a rod released from rest"
+            )
         if runs.start is None:
             return (
                 'assumed steady; this is for a rod released from rest ("# motion: '
@@ -368,7 +373,6 @@ class Pushed(Released, frozen=True):
 
     words = "half the effect of a release from rest, for a light push"
     start = ""
-    start_words = ""
     sags = False
     source_words = {
         "habit": "push of the hand when the rod is released",
@@ -596,18 +600,19 @@ def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
     asked = [model.name for model in MODELS].index(name)
     if asked == 0:
         return Motion()
-    simpler = [model for model in MODELS[1:asked] if model in stated]
-    return Motion((*simpler, MODELS[asked]))
+    chosen = MODELS[asked]
+    # A rod starts in one way: that of the model which the user asks for.
+    simpler = [
+        model
+        for model in MODELS[1:asked]
+        if model in stated and not (model.start and chosen.start)
+    ]
+    return Motion((*simpler, chosen))
 
 
 def names() -> tuple[str, ...]:
     """Return the names of all models, for the option ``--model``."""
     return tuple(dict.fromkeys(model.name for model in MODELS if model.name))
-
-
-def starts() -> tuple[MotionModel, ...]:
-    """Return the models that the line ``# motion:`` can name, the last one first."""
-    return tuple(model for model in reversed(MODELS) if model.start)
 
 
 def of_effects() -> dict[str, MotionModel]:

@@ -11,7 +11,6 @@ from gyrodata.judging import changes
 from gyrodata.judging.blocks import DISAGREE
 from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
-from gyrodata.physics import models
 from gyrodata.readings import kind_of_role, listing
 from gyrodata.reporting import elements, questions
 from gyrodata.reporting.elements import (
@@ -37,6 +36,7 @@ from gyrodata.reporting.values import (
     SECOND,
     Scale,
 )
+from gyrodata.reporting.words import WORDS, source_words
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 
 NOTICEABLE = 1.15
@@ -52,16 +52,8 @@ UNSEEN_BALANCE = 0.3
 """If the balance has a larger share of u² than this, the runs do not determine it [1].
 """
 
-FIT_NAMES = questions.WORDS["fits"]
-SENTENCES = questions.WORDS["sentences"]
-OF_READINGS = {key: source.words for key, source in SOURCES.items()}
-SOURCE_NAMES = OF_READINGS | questions.WORDS["sources"]
-
-
-def source_words(name: str) -> str:
-    """Return a source of uncertainty for users, by its name in the JSON."""
-    return SOURCE_NAMES.get(name) or models.source_words().get(name, name)
-
+FIT_NAMES = WORDS["fits"]
+SENTENCES = WORDS["sentences"]
 
 BYLINE = (
     "author",
@@ -633,7 +625,7 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     theory = Styled("gyro explain theory", "code")
     more = say("More: {} and {}; and in:", statistics, theory)
     yield Text((fitted, cite, more))
-    references = questions.WORDS["references"]["list"]
+    references = WORDS["references"]["list"]
     yield Text([(line,) for line in references], "list")
 
 

@@ -16,7 +16,7 @@ from msgspec.structs import astuple
 from gyrodata.base.errors import PICTURES, Diagnostic
 from gyrodata.judging.tables import Run
 from gyrodata.physics import RPM
-from gyrodata.results import UNITS_OF_RUNS, Analysis, round_digits
+from gyrodata.results import UNITS_OF_RUNS, Analysis, round_digits, runs_with_notes
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -95,9 +95,8 @@ def table_rows(analysis: Analysis, table: str) -> str:
     Values are in SI units with the digits of the JSON; the spin of a run is in rpm too.
     """
     if table == "runs":
-        notes = analysis.readings.notes
         rows = []
-        for run, note in zip(analysis.run_table, notes, strict=True):
+        for run, note in runs_with_notes(analysis):
             cells: list[object] = [analysis.name, *astuple(run), note]
             cells.insert(_AFTER_SPIN + 1, run.spin / RPM)
             rows.append([csv_cell(cell) for cell in cells])

@@ -221,7 +221,9 @@ class Kind(Struct, frozen=True):
     """Functions that draw on axes; a second panel is below the first and has the same x
     axis."""
     caption: str
-    """Its first sentence says what the figure shows."""
+    """Its first sentence says what the figure shows. A number in it is also in the JSON."""
+    draws_runs: bool = True
+    """Whether each run has a mark in it."""
 
 
 FIGURES = {
@@ -672,10 +674,12 @@ def alternatives(analysis: Analysis) -> dict[str, str]:
     for i in np.flatnonzero(scene.hollow).tolist():
         fate = ", left out" if scene.left_out[i] else ""
         odd.append(f"{run_name(scene.names[i])}{fate}")
-    hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
-    facts = f"{log}; {'; '.join(quality)}.{hollow}"
+    facts = f"{log}; {'; '.join(quality)}."
     texts = {}
     for name in figures_of(analysis):
-        shows = ALL_FIGURES[name].caption.partition(". ")[0]
+        figure = ALL_FIGURES[name]
+        shows = figure.caption.partition(". ")[0]
         texts[name] = f"{shows}. {facts}"
+        if odd and figure.draws_runs:
+            texts[name] += f" Drawn hollow: {'; '.join(odd)}."
     return texts

@@ -59,7 +59,7 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     ----------
     analysis : Analysis
     figures : mapping of str to bytes
-        The SVG files of "period", "product", "torque" and "residuals".
+        The SVG files of `figures.FIGURES`, by name.
         A figure that is missing is replaced by words.
 
     Returns

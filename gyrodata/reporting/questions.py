@@ -7,9 +7,7 @@ questions.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 
 from gyrodata.judging.tables import UNLIKELY, Ball, turn_words
 from gyrodata.reporting import elements, values
@@ -38,6 +36,7 @@ from gyrodata.reporting.values import (
     RPM,
     Scale,
 )
+from gyrodata.reporting.words import WORDS
 from gyrodata.results import Analysis, is_wide
 
 AGREES = 2.0
@@ -47,10 +46,6 @@ difference."""
 BORED = 0.2
 """The bore of a ball explains no larger relative difference from a solid ball than this
 [1]."""
-
-_FILE = Path(__file__).with_name("words.toml")
-WORDS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
-"""Names, questions and answers in the report, by section and key."""
 
 ANSWERS = WORDS["answers"]
 

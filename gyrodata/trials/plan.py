@@ -29,7 +29,7 @@ from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements, checks, measure, select
 from gyrodata.physics import RPM, models
 from gyrodata.readings import read_log
-from gyrodata.reporting.content import source_words
+from gyrodata.reporting.words import source_words
 from gyrodata.results import to_json
 from gyrodata.trials.simulation import Design, Truth, simulate
 

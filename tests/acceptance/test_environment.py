@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 
 from gyrodata import analyze
 from gyrodata.cli import app
-from gyrodata.reporting.figures import ALL_FIGURES
+from gyrodata.reporting.figures import ALL_FIGURES, FIGURES
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
 RC = b"""text.usetex: true
@@ -91,7 +91,7 @@ def test_no_matplotlibrc_and_no_backend_changes_an_answer_or_a_figure(
     tmp_path: Path,
 ) -> None:
     usual = drawn(tmp_path, in_fork=True)
-    assert [name.endswith(".svg") for name in usual].count(True) == 4
+    assert [name.endswith(".svg") for name in usual].count(True) == len(FIGURES)
     (tmp_path / "matplotlibrc").write_bytes(RC)
     assert drawn(tmp_path, MPLBACKEND="nonsense") == usual
 

@@ -41,6 +41,7 @@ def test_the_wheel_and_the_source_contain_what_they_should(tmp_path: Path) -> No
         "pyproject.toml",
         ".github/CONTRIBUTING.md",
         ".github/START-HERE.md",
+        ".github/RECIPES.md",
         ".ci/run",
         ".gitignore",
         "PKG-INFO",

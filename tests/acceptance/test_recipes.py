@@ -1,10 +1,10 @@
-"""Recipes of the map for newcomers, carried out on a copy of the package, which must
-then work.
+"""The recipes for newcomers in `.github/RECIPES.md`, carried out on a copy of the
+package, which must then work.
 
 One copy for all, and of each recipe the smallest real example, as a patch: text after a
 file's name is put in where the lines with a blank or a minus before them stand, or at
 the end of the file where there are none. The recipe must name every file that this
-takes."""
+takes, and at most five."""
 
 from __future__ import annotations
 
@@ -22,18 +22,17 @@ import pytest
 from places import DATA, ROOT
 
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
-TEXT = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
-WRITTEN = dict(
-    re.findall(r"^\* \*\*(.*?)\*\*(.*?)(?=^\* |^## )", TEXT, re.MULTILINE | re.DOTALL)
-)
+TEXT = (ROOT / ".github" / "RECIPES.md").read_text(encoding="utf-8")
+LARGE = dict(re.findall(r"(?ms)^## ([^\n]*)\n(.*?)^```diff\n", TEXT))
+SMALL = dict(re.findall(r"(?ms)^\* \*\*(.*?)\*\*(.*?)(?=^\* |\Z)", TEXT))
 
 RECIPES: dict[str, str] = tomllib.loads(
     (DATA / "recipes.toml").read_text(encoding="utf-8")
-)
-"""By its name in the map."""
+) | dict(re.findall(r"(?ms)^## ([^\n]*)\n.*?^```diff\n(.*?)^```$", TEXT))
+"""The patch of each recipe, by its name."""
 
 SCRIPT = """
-import json, sys
+import json, math, sys
 from matplotlib.figure import Figure
 import gyrodata
 
@@ -42,6 +41,46 @@ head, *rows = [line for line in log.splitlines() if line[0] != "#"]
 lab = gyrodata.analyze(log.encode())
 lines = [head + ",Verzug [s]", *(row + ",0.5" for row in rows)]
 late = gyrodata.analyze("\\n".join(lines).encode())
+short = head.split(",").index("turns")
+without_short_runs = "\\n".join(
+    line
+    for line in log.splitlines()
+    if line[0] == "#" or line in (head,) or line.split(",")[short] in ("1", "2", "3")
+)
+def of_fewer_runs(lab):
+    document = lab.to_dict()["result"]
+    left = [run for run in document["runs"] if run["left_out"]]
+    reasons = sorted({run["reason"] for run in left})
+    return [document["inertia"]["value"], len(document["runs"]), len(left), reasons]
+
+english = "# motion: steady\\nmass [g],position [cm],spin [rpm],turns,time [s]\\n"
+latvian = "# motion: steady\\natsvara masa [g];attālums no centra [cm];rotācijas ātrums [apgr/min];"
+latvian += "apgriezieni;laiks [s]\\n"
+for mass in (20, 40, 60):
+    for rpm in (200, 400, 600):
+        time = round(0.0044 * rpm * math.pi / 30 * 2 * math.pi / (mass * 1e-3 * 9.80665 * 0.15), 2)
+        english += f"{mass},15.0,{rpm},1,{time}\\n"
+        latvian += f"{mass};15,0;{rpm};1;{time}\\n".replace(".", ",")
+braked = english.replace("motion: steady", "motion: braked")
+
+def of_model(lab):
+    document = lab.to_dict()["result"]
+    rows = [effect["kept"] for effect in document["effects"] if effect["effect"] == "brake"]
+    sources = [share["source"] for share in document["budget"]]
+    return [document["model"], document["inertia"]["value"], rows, sources.count("brake")]
+
+def days(factor):
+    rows = english.splitlines()[2:]
+    arm = round(15 / factor, 3)
+    second = [row.replace(",15.0,", f",{arm},") for row in rows]
+    head = "# motion: steady\\nday,mass [g],position [cm],spin [rpm],turns,time [s]\\n"
+    lines = [*(f"Mon,{row}\\n" for row in rows), *(f"Tue,{row}\\n" for row in second)]
+    return head + "".join(lines)
+
+def of_days(log):
+    lab = gyrodata.analyze(log.encode())
+    return [[each.kind, each.remedy] for each in lab.explanations]
+
 count = b"mass [g],position [cm],spin [rpm],time [s],turns\\n0.01,15,400,13,1\\n".replace
 print(json.dumps({
     "unit": gyrodata.read_log(count(b"[g]", b"[slug]")).columns["mass"].values,
@@ -60,6 +99,15 @@ print(json.dumps({
     "doubts": [doubt.words for doubt in lab.doubts],
     "bars": sum(bar.get_height() for bar in lab.plot("spins", Figure().add_subplot()).patches),
     "report": lab._repr_markdown_(),
+    "fewer": of_fewer_runs(gyrodata.analyze(log.encode(), min_turns=0.9)),
+    "rows": of_fewer_runs(gyrodata.analyze(without_short_runs.encode())),
+    "latvian": gyrodata.analyze(latvian.encode()).inertia.value,
+    "english": gyrodata.analyze(english.encode()).inertia.value,
+    "braked": of_model(gyrodata.analyze(braked.encode())),
+    "asked": of_model(gyrodata.analyze(english.encode(), model="braked")),
+    "level": of_model(gyrodata.analyze(english.encode())),
+    "inches": of_days(days(2.54)),
+    "same days": of_days(days(1)),
 }))
 """
 
@@ -108,19 +156,39 @@ def run(copy: Path, *words: str | Path) -> Any:
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("recipe", WRITTEN)
-def test_a_recipe_names_its_files_in_six_lines(recipe: str) -> None:
-    told, rooms = WRITTEN[recipe], re.findall(r"`([\w/]+\.py)`", WRITTEN[recipe])
-    assert len(told.strip().splitlines()) <= 6
-    assert rooms
+def names_in(text: str) -> list[str]:
+    """List the files that a text names."""
+    return re.findall(r"`([\w/]+\.(?:\w+\.)?(?:py|toml|txt|md|jinja))`", text)
+
+
+@pytest.mark.parametrize("recipe", LARGE)
+def test_a_recipe_opens_at_most_five_files_of_the_package(recipe: str) -> None:
+    words = LARGE[recipe]
+    opened = names_in(words[words.index("Open") :].partition(". ")[0])
+    assert "docs/changelog.md" in opened
+    assert len(set(opened)) <= 5
+    assert {name for name, _ in files_of(RECIPES[recipe])} <= set(opened)
+    assert len(words.strip().splitlines()) <= 10
+    assert "Tests: " in words
+
+
+@pytest.mark.parametrize("recipe", SMALL)
+def test_a_smaller_recipe_names_its_files_in_four_lines(recipe: str) -> None:
+    words = SMALL[recipe]
+    opened = set(names_in(words))
+    assert 0 < len(opened) <= 5
+    assert {name for name, _ in files_of(RECIPES.get(recipe, ""))} <= opened
+    assert len(words.strip().splitlines()) <= 4
+    assert "open" in words
+
+
+def test_files_and_tests_of_recipes_exist() -> None:
+    names = {*names_in(TEXT), *re.findall(r"`(tests/[\w/]+)`", TEXT)}
     assert [
         name
-        for name in rooms
-        if not any((ROOT / top / name).is_file() for top in ("gyrodata", ""))
-    ] == []
-    assert [
-        name for name, _ in files_of(RECIPES.get(recipe, "")) if f"`{name}`" not in told
-    ] == []
+        for name in sorted(names)
+        if not any((ROOT / top / name).exists() for top in ("gyrodata", ""))
+    ] == ["messages.toml"]
 
 
 def test_recipes_carried_out_work(copy: Path) -> None:
@@ -137,25 +205,53 @@ def test_recipes_carried_out_work(copy: Path) -> None:
         "every spin 1 % higher",
         "a spin is over 600 rpm",
         "(spins.png)",
-        "each spin was set.",
+        "Bars: number of runs.",
     )
     assert [word for word in words if word not in seen["report"]] == []
-    home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
-    home.mkdir(parents=True)
-    shutil.copy(SAMPLE, home / "lab.csv")
+    value, count, left, reasons = seen["fewer"]
+    assert seen["rows"] == [pytest.approx(value, rel=1e-9), count - left, 0, []]
+    assert reasons == ["it has fewer than 0.9 turns"]
+    report = ("analyze", SAMPLE, "--min-turns", "0.9", "--out", "report")
+    environment = {**os.environ, "PYTHONPATH": str(copy)}
+    done = subprocess.run(
+        [sys.executable, "-m", "gyrodata", *report],
+        cwd=copy,
+        env=environment,
+        capture_output=True,
+        encoding="utf-8",
+    )
+    page = (copy / "report" / "report.html").read_text(encoding="utf-8")
+    rows = (copy / "report" / "runs.csv").read_text(encoding="utf-8").splitlines()
+    assert done.stdout.count("Not in the fit: run ") == left
+    assert page.count("Not in the fit: run ") == left
+    assert len(rows) == 1 + count
+    assert seen["latvian"] == pytest.approx(seen["english"], rel=1e-9)
+    name, value, rows, count = seen["braked"]
+    assert (name, rows, count) == ("braked", [True], 1)
+    assert value == pytest.approx(0.98 * seen["english"], rel=1e-3)
+    assert seen["asked"] == ["braked", pytest.approx(value), [True], 1]
+    assert seen["level"] == ["horizontal", pytest.approx(seen["english"]), [], 0]
+    assert seen["inches"] == [["day", 'multiply each position of "Tue" by 2.54']]
+    assert seen["same days"] == []
+    for student in ("Doe_Jane_jdoe_1234567", "Roe_Ann_aroe_7654321"):
+        home = copy / "class" / student
+        home.mkdir(parents=True)
+        shutil.copy(SAMPLE, home / "lab.csv")
+        (home / "time.txt").write_text("2026-03-09", encoding="utf-8")
+        (home / "feedback.txt").write_text("I_zz = 9 kg m^2", encoding="utf-8")
     told = run(
         copy,
         "-m",
         "gyrodata",
         "grade",
         "class",
-        "--lms",
-        "sakai",
         "--format",
         "json",
         "--workers",
         "0",
     )
+    assert told["input"]["lms"] == "ilias"
     assert [(student["student"], student["name"]) for student in told["students"]] == [
-        ("jdoe", "Doe, Jane")
+        ("aroe", "Roe_Ann"),
+        ("jdoe", "Doe_Jane"),
     ]

@@ -19,6 +19,7 @@ from typer.testing import CliRunner, Result
 
 import gyrodata
 from gyrodata.cli import app
+from gyrodata.reporting.figures import FIGURES
 
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -27,10 +28,7 @@ FILES = {
     "report.html",
     "results.json",
     "runs.csv",
-    "period.svg",
-    "product.svg",
-    "torque.svg",
-    "residuals.svg",
+    *(f"{name}.svg" for name in FIGURES),
 }
 
 

@@ -18,6 +18,7 @@ from sheets import HABITS, lab, source
 from typer.testing import CliRunner, Result
 
 from gyrodata.cli import app
+from gyrodata.reporting.figures import FIGURES
 
 SAMPLE = (ROOT / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
 
@@ -126,7 +127,7 @@ def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
         folder = Path(f"marked/{name}/lab-report")
         text = (folder / "report.md").read_text(encoding="utf-8")
         linked = re.findall(r"\]\(([^)]+\.svg)\)", text)
-        assert len(linked) == 4
+        assert len(linked) == len(FIGURES)
         assert all((folder / figure).is_file() for figure in linked)
 
 

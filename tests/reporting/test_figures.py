@@ -21,7 +21,9 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
+from gyrodata import Analysis as Lab
 from gyrodata import analyze
+from gyrodata.reporting import figures
 from gyrodata.reporting.figure_data import Scene, list_looks
 from gyrodata.reporting.figures import (
     ALL_FIGURES,
@@ -89,6 +91,8 @@ UNITS = {
     "torque": ["[rad²/s²", "N·m"],
     "residuals": ["u"],
 }
+"""Of the axes of some figures."""
+OF_RUNS = [name for name, figure in FIGURES.items() if figure.draws_runs]
 
 
 def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
@@ -155,7 +159,7 @@ def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str) -> None:
         texts = boxes(svg)
         said = " ".join(text for text, *_ in texts)
         assert ("Do not rely" in said) == bool(analysis_of(name).doubts)
-        assert [unit for unit in UNITS[which] if unit not in said] == [], said
+        assert [unit for unit in UNITS.get(which, ()) if unit not in said] == [], said
         assert [
             text
             for text, *(a, b, c, d) in texts
@@ -182,6 +186,24 @@ def test_long_names_of_bars_are_not_cut_off(monkeypatch: pytest.MonkeyPatch) -> 
     starts = {text: left for text, left, *_ in texts}
     assert min(starts[name] for name in names) > 0
     assert max(bottom for *_, bottom in texts) < 72 * STYLES["screen"].height
+
+
+def test_a_figure_without_runs_has_no_words_about_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    of_bars = Kind((lambda ax, scene: None,), "Shares. Bars.", draws_runs=False)
+    monkeypatch.setitem(ALL_FIGURES, "bars", of_bars)
+    lab = analysis_of("two odd runs")
+    monkeypatch.setattr(figures, "figures_of", lambda _: ("torque", "bars"))
+    words = alternatives(lab)
+    assert words["bars"].startswith("Shares. log.csv, ")
+    assert ["hollow" in words[name] for name in ("torque", "bars")] == [True, False]
+
+
+def test_help_of_plot_names_every_figure() -> None:
+    assert [
+        name for name in ALL_FIGURES if f'"{name}"' not in str(Lab.plot.__doc__)
+    ] == []
 
 
 @pytest.mark.slow
@@ -218,7 +240,7 @@ def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
 def test_a_flagged_run_is_hollow_and_named() -> None:
     analysis = analysis_of("two odd runs")
     assert [run.run for run in analysis.run_table if run.flagged] == ["5", "8"]
-    for which in FIGURES:
+    for which in OF_RUNS:
         ax, lines = on_axes(analysis, which)
         assert sum(line.get_markerfacecolor() == "white" for line in lines) == 2
         assert ax.get_legend_handles_labels()[1].count("hollow: left out") == 1
@@ -239,13 +261,14 @@ def test_figures_show_the_numbers_of_the_analysis() -> None:
         "torque": torques,
         "number": range(1, 10),
     }
-    shown = (
-        ("spin", "period"),
-        ("spin", "product"),
-        ("product", "torque"),
-        ("number", "studentized_residual"),
-    )
-    for name, axes in zip(FIGURES, shown, strict=True):
+    shown = {
+        "period": ("spin", "period"),
+        "product": ("spin", "product"),
+        "torque": ("product", "torque"),
+        "residuals": ("number", "studentized_residual"),
+    }
+    assert list(shown) == OF_RUNS
+    for name, axes in shown.items():
         lines = on_axes(analysis, name)[1]
         expected = np.column_stack([columns[axis] for axis in axes])
         np.testing.assert_allclose(

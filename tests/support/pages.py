@@ -21,7 +21,7 @@ from gyrodata.results import Analysis
 TOLD = tomllib.loads((DATA / "texts_of_the_page.toml").read_text(encoding="utf-8"))
 KINDS: dict[str, str] = TOLD["logs"]
 LOG = KINDS["ball and a slip"]
-IN_ORDER = ("period", "product", "torque", "residuals")
+IN_ORDER = tuple(FIGURES)
 
 
 @cache

@@ -78,8 +78,9 @@ _IDS = (
     "email",
 )
 
-_GROUPS = (*_IDS, "student", "name", "stem", "late", "stamp", "file")
-"""What a name may say; a pattern of a platform has some of these groups."""
+_GROUPS = (*_IDS, "student", "name", "stem", "late", "stamp", "file", "beside")
+"""What a name may say; a pattern of a platform has some of these groups. `beside` is a file
+that the platform adds to the folder of a student, such as its time; it is not read."""
 
 _NO_SUBMISSION = (
     ".md",
@@ -127,7 +128,12 @@ def _read_names(platform: Platform, inner: Mapping[str, str], root: Path) -> Nam
     named: Named = {}
     for name, rest in inner.items():
         match = platform.match(rest)
-        named[name] = _take_apart(match, root) if match else None
+        part = None
+        if match:
+            part = _take_apart(match, root)
+            # What the platform adds only shows that the student has a folder.
+            name = name.removesuffix(match.groupdict("").get("beside", ""))
+        named[name] = part
     return named
 
 

@@ -59,6 +59,22 @@ def test_the_wheel_and_the_source_contain_what_they_should(tmp_path: Path) -> No
     }
 
 
+def test_the_top_level_contains_nothing_else() -> None:
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listed.returncode != 0:
+        pytest.skip("this copy is not a repository of git")
+    top_level = {name.partition("/")[0] for name in listed.stdout.splitlines()}
+    assert {name for name in top_level if not name.startswith(".")} == {
+        "README.md",
+        "gyrodata",
+        "pyproject.toml",
+        "sample_data",
+        "tests",
+    }
+
+
 def test_every_library_has_a_lower_limit_and_none_has_an_upper_limit() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))[
         "project"

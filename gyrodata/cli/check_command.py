@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -11,15 +11,13 @@ import typer
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.cli.new_table import shown, write_new, write_table
+from gyrodata.cli.new_table import write_new
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
     Reader,
     SettingsOption,
     input_of,
-    list_option,
-    quantity_option,
     stem_of,
 )
 from gyrodata.cli.terminal import (
@@ -76,93 +74,8 @@ class Checked(NamedTuple):
         return to_json(document)
 
 
-def template(
-    weights: Annotated[
-        Any,
-        list_option("--weights", "mass", "above zero", words="Masses of the weights."),
-    ] = "20g,40g,60g",
-    position: Annotated[
-        Any,
-        quantity_option(
-            "--position", "length", words="Position of the weights on the rod."
-        ),
-    ] = "15cm",
-    spins: Annotated[
-        Any, list_option("--spins", "rate", "above zero", words="Spins to aim for.")
-    ] = "200,400,600rpm",
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="FILE",
-            help="Write this file, such as log.xlsx or log.csv.",
-        ),
-    ] = None,
-) -> None:
-    r"""Write a blank log: each weight with every spin, and a run without a weight.
-
-    The spins alternate. Without --out, the log is printed as CSV.
-
-    Example:  gyro template --weights 20g,40g,60g \
-                --position 15cm --spins 200,400,600rpm \
-                --out log.xlsx
-    """
-    text = blank_log(weights, position, spins)
-    write_table(out or Path("-"), text)
-
-
-def blank_log(weights: Sequence[float], position: float, spins: Sequence[float]) -> str:
-    """Write a log to fill in, with each weight at each spin.
-
-    The log also contains a run without a weight, and the first run again.
-
-    The weights take turns, and the second half of the runs is the first half backwards:
-    a drift of the balance during the session does not look like an effect of the
-    torque.
-
-    Parameters
-    ----------
-    weights : sequence of float
-        Masses [kg]; repeats are kept once.
-    position : float
-        Position of the weights [m].
-    spins : sequence of float
-        Spins to aim at [rad/s]. They are in the notes: the column is for the spins that
-        are read.
-
-    Returns
-    -------
-    str
-        CSV text that `read_log` reads without a diagnostic when spin, time and turns
-        are filled in.
-    """
-    # The values have the digits that a scale and a ruler show.
-    masses = [shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
-    arm = shown(position, "length", "cm", 1)
-    aims = [shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
-    head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
-    lines = head.splitlines()
-    notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
-    notes["0"] = iter([f"no weight on the rod; aim at {aims[len(aims) // 2]} rpm"])
-    half = masses * (len(aims) // 2)
-    middle = [*masses * (len(aims) % 2), masses[0]]
-    middle.insert((len(middle) + 1) // 2, "0")
-    for mass in (*half, *middle, *reversed(half)):
-        position_cell = arm if mass != "0" else ""
-        lines.append(f"{mass},{position_cell},,,,,{next(notes[mass])}")
-    lines.append("")
-    return "\n".join(lines)
-
-
-def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
-    """Yield the notes about the spins of a weight, which begin with another for each."""
-    for turn in range(len(aims)):
-        yield f"aim at {aims[(first + turn) % len(aims)]} rpm"
-    yield f"the first run once more; aim at {aims[first % len(aims)]} rpm"
-
-
 def check(
+    *,
     logs: Annotated[
         list[str],
         typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),

@@ -130,46 +130,46 @@ def check(
             refuse("hand_in_as_it_is")
         checked = _check_submission(logs)
         write_answer(form, checked.to_dict(), checked)
-        worst = checked.code
+        exit_code = checked.code
     else:
         if fix and "-" in logs:
             refuse("fix_of_standard_input")
         parts = in_parts(logs, together, form)
         reader = Reader.of_options(settings, mapping, config)
-        worst = max([_check_part(part, reader, fix, form) for part in parts])
-    finish(worst, exit_zero)
+        exit_code = max([_check(part, reader, fix, form) for part in parts])
+    finish(exit_code, exit_zero)
 
 
-def _check_part(logs: Sequence[Log], reader: Reader, fix: bool, form: str) -> int:
+def _check(logs: Sequence[Log], reader: Reader, fix: bool, form: str) -> int:
     """Print what is found in a log, or in several together; return the exit code."""
     name = " + ".join(log.name for log in logs)
     checked = check_log(name, partial(reader.read, logs))
     write_answer(form, checked.to_dict(), checked)
-    readings = checked.readings
-    worst = checked.code
-    if not fix or readings is None:
-        return worst
-    files = [file for _, file in readings.files] or [readings]
-    for log, file in zip(logs, files, strict=True):
+    exit_code = checked.code
+    if not fix or checked.readings is None:
+        return exit_code
+    of_logs = [readings for _, readings in checked.readings.files]
+    for log, readings in zip(logs, of_logs or [checked.readings], strict=True):
         try:
-            _fix(Path(log.path), file, form)
+            _write_fixed(Path(log.path), readings, form)
         except InputError as error:
             complain(error.diagnostics)
-            worst = max(worst, error.exit_code)
-    return worst
+            exit_code = max(exit_code, error.exit_code)
+    return exit_code
 
 
-def _fix(log: Path, readings: Readings, form: str) -> None:
+def _write_fixed(log: Path, readings: Readings, form: str) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
     fixed = log.with_name(f"{stem_of(log)}-fixed.csv")
     if not readings.runs or not readings.columns:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
-    text, left = fixed_log(readings)
+    text, gaps = fixed_log(readings)
     write_new(fixed, text.encode())
-    head = f"{fixed}: {readings.name} as gyro understood it; left for you: "
-    lines = [f"{head}{len(left) or 'nothing'}", *left]
+    count = len(gaps) or "nothing"
+    summary = f"{fixed}: {readings.name} as gyro understood it; left for you: {count}"
+    lines = [summary, *gaps]
     typer.echo("\n   ".join(lines), err=form != "text")
 
 
@@ -177,11 +177,11 @@ def check_log(
     name: str, read: Callable[[], Readings], options: Options | None = None
 ) -> Checked:
     """Read and analyse a log, and list what it lacks; an error is a finding."""
-    from gyrodata import analysis as story
+    from gyrodata import analysis as analyzing
 
     try:
         readings = read()
-        analysis, findings = story.check_log(readings, options)
+        analysis, findings = analyzing.check_log(readings, options)
     except Exception as error:
         return Checked(name, *explained(error, name))
     has_doubts = analysis is not None and bool(analysis.doubts)
@@ -205,14 +205,13 @@ def _check_submission(paths: Sequence[str]) -> Checked:
     except Exception as error:
         return Checked(name, *explained(error, name))
     # The line of the answer is read, although no fit uses it.
-    answer = diagnostics.REMARK, hand_in.file, hand_in.line
-    others = [
+    remark_of_answer = diagnostics.REMARK, hand_in.file, hand_in.line
+    of_log = [
         finding
         for finding in readings.diagnostics
-        if (finding.code, finding.file, finding.line) != answer
+        if (finding.code, finding.file, finding.line) != remark_of_answer
     ]
-    of_log = sorted(others, key=place)
-    findings = (*of_log, *sorted(of_submission, key=place))
+    findings = (*sorted(of_log, key=place), *sorted(of_submission, key=place))
     code = int(_is_serious(findings))
     return Checked(readings.name, findings, code, readings, hand_in=hand_in)
 

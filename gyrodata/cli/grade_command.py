@@ -331,9 +331,11 @@ def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | Non
     from gyrodata.grading import output
     from gyrodata.grading.exports import compare_tables
 
-    table = folder / output.TABLE if folder is not None else None
-    old = table.read_bytes() if table is not None and table.is_file() else b""
-    return compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
+    table = folder and folder / output.TABLE
+    if not table or not table.is_file() or not table.stat().st_size:
+        return ()
+    new = grades.table.encode("utf-8", "replace")
+    return compare_tables(table.read_bytes(), new)
 
 
 def _write(
@@ -425,15 +427,13 @@ def _write_autograder(folder: Path, path: Path | None) -> None:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    by_hand = [part for part in rubric.criteria if part.check == "manual"]
-    points = rubric.points - sum(part.points for part in by_hand)
+    manual = [part.points for part in rubric.criteria if part.check == "manual"]
+    points = rubric.points - sum(manual)
     tell(
         f"autograder: zip the files in {folder}, without a folder around them, and upload that",
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
         f"feedback is shown",
     )
-    for part in by_hand:
-        tell(f'in Gradescope, by hand: {part.points:g} points for "{part.title}"')
 
 
 def _folder(

@@ -48,8 +48,7 @@ def write_table(out: Path, text: str) -> None:
     if ending not in ENDINGS:
         refuse("table_of_unknown_type", out=out)
     write_new(out, _workbook(text) if ending == ".xlsx" else text.encode())
-    name = f'"{out}"' if " " in str(out) else out
-    tell(f"table to fill in: {out}; after the first runs, check it: gyro check {name}")
+    tell(f'table to fill in: {out}; after the first runs: gyro check "{out}"')
 
 
 def write_new(out: Path, data: bytes) -> None:

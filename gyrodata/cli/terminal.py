@@ -370,9 +370,21 @@ class Log(NamedTuple):
         return "<stdin>" if self.path == "-" else printable(self.short.as_posix())
 
 
-def named_logs(paths: Sequence[str]) -> list[Log]:
+def named_logs(typed: Sequence[str]) -> list[Log]:
     """Return the logs of a command with their names."""
-    return list(map(Log, paths, _short_paths(paths)))
+    paths = list(map(Path, typed))
+    folders = [path.parent for path in paths if path.is_absolute()]
+    shared = ""
+    # Two drives of Windows share no folder.
+    with suppress(ValueError):
+        shared = os.path.commonpath(folders)
+    logs = []
+    for word, path in zip(typed, paths, strict=True):
+        short = path
+        if path.is_absolute():
+            short = path.relative_to(shared or path.parent)
+        logs.append(Log(word, short))
+    return logs
 
 
 def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]:
@@ -388,20 +400,3 @@ def source_of(log: Log) -> Any:
     """Return the file of a log, or the bytes of standard input."""
     # A path that contains a line break is still a path.
     return sys.stdin.buffer if log.path == "-" else Path(log.path)
-
-
-def _short_paths(logs: Sequence[str]) -> list[Path]:
-    """Return the paths of logs as they were given.
-
-    Absolute paths become relative to the folder that they share.
-    """
-    paths = [Path(log) for log in logs]
-    folders = [path.parent for path in paths if path.is_absolute()]
-    shared = ""
-    # Two drives of Windows share no folder.
-    with suppress(ValueError):
-        shared = os.path.commonpath(folders)
-    return [
-        path.relative_to(shared or path.parent) if path.is_absolute() else path
-        for path in paths
-    ]

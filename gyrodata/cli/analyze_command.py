@@ -330,8 +330,8 @@ class _Output(Struct):
         outputs = [self.file] if self.file else []
         is_ours = True
         if folder is not None:
-            page, *_ = outputs = [folder / name for name in REPORT]
-            is_ours = folder != self.out or page.exists()
+            outputs = [folder / name for name in REPORT]
+            is_ours = outputs[0].exists()
         sources = {Path(log.path).resolve() for log in logs}
         for out in outputs:
             if out.resolve() in sources or (out.exists() and not is_ours):

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli.options import read
 from gyrodata.cli.terminal import named_logs, progress_bar, tell
-
-if TYPE_CHECKING:
-    from gyrodata.trials.benchmark.labs import LabScene
 
 
 def benchmark(
@@ -46,10 +43,15 @@ def benchmark(
 
     Example:  gyro benchmark --quick --out charts
     """
+    from gyrodata.analysis import fit_log
     from gyrodata.base.workers import count_workers
+    from gyrodata.results import Options
+    from gyrodata.trials.benchmark.labs import scene_of
     from gyrodata.trials.benchmark.report import FULL, QUICK, files, run
 
-    own = None if log is None else _scene_of(log)
+    own = None
+    if log is not None:
+        own = scene_of(fit_log(read([log]), Options()))
     # Test first that the folder can be written, because the benchmark takes minutes.
     with telling(out):
         write_folder(out, {})
@@ -62,12 +64,3 @@ def benchmark(
     with telling(out):
         write_folder(out, pages)
     tell(f"page: {out / 'benchmark.html'}")
-
-
-def _scene_of(log: str) -> LabScene:
-    """Read a log for the benchmark."""
-    from gyrodata.analysis import fit_log
-    from gyrodata.results import Options
-    from gyrodata.trials.benchmark.labs import scene_of
-
-    return scene_of(fit_log(read([log]), Options()))

@@ -123,8 +123,7 @@ def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
         hint = f"see: {' '.join(['gyro', *typed[:1]])} --help"
     else:
         words = " ".join(typed).replace("=", " ").split()
-        wrong = [word for word in words if f"'{word}'" in message]
-        wrong += [word for word in words if word.startswith("-")]
+        wrong = [word for word in words if word[0] == "-" or f"'{word}'" in message]
         hint = _nearest(wrong, error.ctx.command) or _example(error.ctx)
     return InputError.named("command_line_wrong", message=message, hint=hint)
 

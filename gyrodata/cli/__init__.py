@@ -8,7 +8,7 @@ start is fast.
 from __future__ import annotations
 
 from collections import UserDict
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,18 +18,6 @@ import typer
 from gyrodata.base.version import __version__
 from gyrodata.cli.documentation import COMMANDS, GROUPS
 from gyrodata.cli.terminal import Command, Door, write_out
-
-_MODULES = {name: f"{name}_command" for name in COMMANDS}
-_MODULES |= {
-    "demo": "analyze_command",
-    "template": "check_command",
-    "simulate": "tool_commands",
-    "selfcheck": "tool_commands",
-    "schema": "tool_commands",
-    "benchmark": "tool_commands",
-    # Only programs call this one.
-    "autograde": "grade_command",
-}
 
 _MEANT = {
     "sample": "demo",
@@ -49,15 +37,13 @@ _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
 @cache
 def _load(name: str) -> Any:
     """Import the module of a command, and return the command."""
-    module = import_module(f"gyrodata.cli.{_MODULES[name]}")
+    module = import_module(f"gyrodata.cli.{name}_command")
     command = getattr(module, name)
     if not isinstance(command, typer.Typer):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-        is_hidden = name not in COMMANDS
-        alone.command(name, hidden=is_hidden, cls=Command)(command)
+        alone.command(name, hidden=name not in COMMANDS, cls=Command)(command)
         command = alone
     loaded = _described(typer.main.get_command(command))
-    loaded.name = name
     loaded.short_help = COMMANDS.get(name, "")
     return loaded
 
@@ -82,14 +68,18 @@ class _OnDemand(UserDict[str, Any]):
     """The commands by name. Each is loaded when it is used: the start is fast."""
 
     def __getitem__(self, name: str) -> Any:
-        return _load(name)
+        load = self.data[name]
+        return load()
 
 
 class _Gyro(Door):
     """The command ``gyro``."""
 
     def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes | {"commands": _OnDemand(_MODULES)})
+        # Only programs call "autograde".
+        names = (*COMMANDS, "autograde")
+        commands = _OnDemand({name: partial(_load, name) for name in names})
+        super().__init__(**attributes | {"commands": commands})
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""

@@ -6,7 +6,6 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,7 +16,6 @@ from msgspec.structs import replace
 
 from gyrodata.base.disk import telling, write_folder, write_whole
 from gyrodata.base.errors import Diagnostic, count_text
-from gyrodata.cli.new_table import write_new
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -33,6 +31,7 @@ from gyrodata.cli.terminal import (
     explained,
     finish,
     in_parts,
+    named_logs,
     refuse,
     tell,
     write_out,
@@ -55,10 +54,6 @@ DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 REPORT = ("report.html", "results.json", "runs.csv", *DOCUMENTS.values())
 """Files of a report, which could be logs; the page shows that a folder is a report."""
 
-DATA_TYPES = {".json", ".ndjson", ".jsonl", ".csv", ".xlsx"}
-FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".png", ".svg"}
-"""Endings of a name that users mean as a file, not as the folder of a report."""
-
 PAUSE = 0.5
 """Time between two looks at a watched file [s]."""
 
@@ -68,6 +63,7 @@ OpenOption = Annotated[
 
 
 def analyze(
+    *,
     logs: Annotated[
         list[str],
         typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
@@ -198,9 +194,12 @@ def analyze(
     if watched:
         if form != "text" or out:
             refuse("watch_one_file")
-        _watch(logs, reader, options)
+        _watch(logs, replace(reader, quiet=True), options)
         return
-    output.begin()
+    if form == "csv":
+        from gyrodata.reporting.data import table_header
+
+        output.show(table_header(table))
     worst = 0
     for part, folder in zip(parts, output.folders(parts), strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, folder))
@@ -210,17 +209,16 @@ def analyze(
 
 def _file_and_folder(form: str, out: Path | None) -> tuple[Path | None, Path | None]:
     """Return the file for data, and the folder for the report, that --out names."""
-    if out is None:
-        return None, None
-    if out == Path("-"):
-        if form == "text":
-            refuse("out_is_standard_output")
-        # Data go to standard output without --out too.
+    is_standard_output = out == Path("-")
+    if is_standard_output and form == "text":
+        refuse("out_is_standard_output")
+    if out is None or is_standard_output:
         return None, None
     ending = out.suffix.lower()
     if ending in DATA.get(form, ()):
         return out, None
-    if ending in FILE_TYPES | DATA_TYPES and not out.is_dir():
+    # A name with letters at its end is meant as a file, such as report.pdf.
+    if ending[1:].isalpha() and not out.is_dir():
         data = form if form in DATA else "json"
         folder = out.with_suffix("")
         refuse("out_is_a_file", out=out, folder=folder, form=data)
@@ -248,7 +246,8 @@ def _analyze_part(
     """
     from gyrodata.analysis import analyze_readings
 
-    options = replace(options, config=reader.name_of_constants(logs[0].path))
+    constants = reader.constants_of(logs[0].path)
+    options = replace(options, config=constants and constants.name)
     name = " + ".join(log.name for log in logs)
     output.refuse_to_replace_data(logs, folder)
     readings = None
@@ -331,19 +330,12 @@ class _Output(Struct):
         outputs = [self.file] if self.file else []
         is_ours = True
         if folder is not None:
-            page, *_ = outputs = [folder / name for name in REPORT]
-            is_ours = folder != self.out or page.exists()
+            outputs = [folder / name for name in REPORT]
+            is_ours = outputs[0].exists()
         sources = {Path(log.path).resolve() for log in logs}
         for out in outputs:
             if out.resolve() in sources or (out.exists() and not is_ours):
                 refuse("file_exists", out=out)
-
-    def begin(self) -> None:
-        """Write the first line of a table."""
-        from gyrodata.reporting.data import table_header
-
-        if self.form == "csv":
-            self.show(table_header(self.table))
 
     def text_of(self, analysis: Analysis) -> str:
         """Write an analysis in the format of the command."""
@@ -445,30 +437,11 @@ class _Output(Struct):
                 write_whole(self.file, ["".join(self.parts).encode()])
 
 
-def demo(opened: OpenOption = False) -> None:
-    """Write a sample log, demo.csv, into this folder, and analyze it.
-
-    The log contains ten runs with an air gyroscope.
-
-    Example:  gyro demo
-    """
-    from gyrodata.cli.documentation import FOLDER
-
-    log = Path("demo.csv")
-    write_new(log, (FOLDER / log).read_bytes())
-    tell(
-        "change a number in demo.csv, then type: gyro check demo.csv",
-        "for your own log: gyro template --out log.xlsx",
-        "for a guide: gyro explain first-timer",
-    )
-    analyze([log.name], opened=opened)
-
-
 # --- --watch: the answer again whenever the log is saved ---
 
 
 def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
-    """Print the state of the lab, now and after each change of the log, until Ctrl-C.
+    """Print the state of the lab, now and whenever the log is saved, until Ctrl-C.
 
     On a terminal, each state replaces the last one.
     """
@@ -477,39 +450,28 @@ def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     from gyrodata.cli.check_command import check_log
     from gyrodata.reporting.text import answer_line
 
-    path = Path(logs[0])
-    if len(logs) > 1 or not path.is_file():
+    log, *others = named_logs(logs)
+    file = Path(log.path)
+    if others or not file.is_file():
         refuse("watch_one_file")
-    constants = reader.constants_of(logs[0])
-    options = replace(options, config=reader.name_of_constants(logs[0]))
-    for data in contents(path):
-        text = f"{path.name}: cannot be read now\n"
-        if data is not None:
-            read = partial(reader.read_source, data, path.name, constants)
-            checked = check_log(path.name, read, options)
+    for is_there in states(file):
+        text = f"{log.name}: cannot be read now\n"
+        if is_there:
+            checked = check_log(log.name, partial(reader.read, [log]), options)
             text = str(checked)
             if checked.analysis is not None:
                 text += f"{answer_line(checked.analysis)}\n"
         Console().clear()
-        write_text(f"watching {path.name}; Ctrl-C ends it\n{text}")
+        write_text(f"watching {log.name}; Ctrl-C ends it\n{text}")
 
 
-def contents(path: Path) -> Iterator[bytes | None]:
-    """Yield the content of a file after each change; None if it cannot be read.
-
-    Two looks in sequence have to agree, because a program may still be writing the
-    file.
-    """
-    last: bytes | None = None
-    shown = last
+def states(file: Path) -> Iterator[bool]:
+    """Yield whether a file is there, now and whenever it is saved or removed."""
+    last: int | None = 0
     while True:
-        data = None
-        with suppress(OSError):
-            # To open a pipe without a writer would wait for ever.
-            if path.is_file():
-                data = path.read_bytes()
-        if data == last and data != shown:
-            shown = data
-            yield data
-        last = data
+        # To open a pipe without a writer would wait for ever.
+        saved = file.stat().st_mtime_ns if file.is_file() else None
+        if saved != last:
+            yield saved is not None
+        last = saved
         time.sleep(PAUSE)

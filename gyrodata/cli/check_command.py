@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -11,15 +11,13 @@ import typer
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.cli.new_table import shown, write_new, write_table
+from gyrodata.cli.new_table import write_new
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
     Reader,
     SettingsOption,
     input_of,
-    list_option,
-    quantity_option,
     stem_of,
 )
 from gyrodata.cli.terminal import (
@@ -76,93 +74,8 @@ class Checked(NamedTuple):
         return to_json(document)
 
 
-def template(
-    weights: Annotated[
-        Any,
-        list_option("--weights", "mass", "above zero", words="Masses of the weights."),
-    ] = "20g,40g,60g",
-    position: Annotated[
-        Any,
-        quantity_option(
-            "--position", "length", words="Position of the weights on the rod."
-        ),
-    ] = "15cm",
-    spins: Annotated[
-        Any, list_option("--spins", "rate", "above zero", words="Spins to aim for.")
-    ] = "200,400,600rpm",
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="FILE",
-            help="Write this file, such as log.xlsx or log.csv.",
-        ),
-    ] = None,
-) -> None:
-    r"""Write a blank log: each weight with every spin, and a run without a weight.
-
-    The spins alternate. Without --out, the log is printed as CSV.
-
-    Example:  gyro template --weights 20g,40g,60g \
-                --position 15cm --spins 200,400,600rpm \
-                --out log.xlsx
-    """
-    text = blank_log(weights, position, spins)
-    write_table(out or Path("-"), text)
-
-
-def blank_log(weights: Sequence[float], position: float, spins: Sequence[float]) -> str:
-    """Write a log to fill in, with each weight at each spin.
-
-    The log also contains a run without a weight, and the first run again.
-
-    The weights take turns, and the second half of the runs is the first half backwards:
-    a drift of the balance during the session does not look like an effect of the
-    torque.
-
-    Parameters
-    ----------
-    weights : sequence of float
-        Masses [kg]; repeats are kept once.
-    position : float
-        Position of the weights [m].
-    spins : sequence of float
-        Spins to aim at [rad/s]. They are in the notes: the column is for the spins that
-        are read.
-
-    Returns
-    -------
-    str
-        CSV text that `read_log` reads without a diagnostic when spin, time and turns
-        are filled in.
-    """
-    # The values have the digits that a scale and a ruler show.
-    masses = [shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
-    arm = shown(position, "length", "cm", 1)
-    aims = [shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
-    head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
-    lines = head.splitlines()
-    notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
-    notes["0"] = iter([f"no weight on the rod; aim at {aims[len(aims) // 2]} rpm"])
-    half = masses * (len(aims) // 2)
-    middle = [*masses * (len(aims) % 2), masses[0]]
-    middle.insert((len(middle) + 1) // 2, "0")
-    for mass in (*half, *middle, *reversed(half)):
-        position_cell = arm if mass != "0" else ""
-        lines.append(f"{mass},{position_cell},,,,,{next(notes[mass])}")
-    lines.append("")
-    return "\n".join(lines)
-
-
-def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
-    """Yield the notes about the spins of a weight, which begin with another for each."""
-    for turn in range(len(aims)):
-        yield f"aim at {aims[(first + turn) % len(aims)]} rpm"
-    yield f"the first run once more; aim at {aims[first % len(aims)]} rpm"
-
-
 def check(
+    *,
     logs: Annotated[
         list[str],
         typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
@@ -217,46 +130,46 @@ def check(
             refuse("hand_in_as_it_is")
         checked = _check_submission(logs)
         write_answer(form, checked.to_dict(), checked)
-        worst = checked.code
+        exit_code = checked.code
     else:
         if fix and "-" in logs:
             refuse("fix_of_standard_input")
         parts = in_parts(logs, together, form)
         reader = Reader.of_options(settings, mapping, config)
-        worst = max([_check_part(part, reader, fix, form) for part in parts])
-    finish(worst, exit_zero)
+        exit_code = max([_check(part, reader, fix, form) for part in parts])
+    finish(exit_code, exit_zero)
 
 
-def _check_part(logs: Sequence[Log], reader: Reader, fix: bool, form: str) -> int:
+def _check(logs: Sequence[Log], reader: Reader, fix: bool, form: str) -> int:
     """Print what is found in a log, or in several together; return the exit code."""
     name = " + ".join(log.name for log in logs)
     checked = check_log(name, partial(reader.read, logs))
     write_answer(form, checked.to_dict(), checked)
-    readings = checked.readings
-    worst = checked.code
-    if not fix or readings is None:
-        return worst
-    files = [file for _, file in readings.files] or [readings]
-    for log, file in zip(logs, files, strict=True):
+    exit_code = checked.code
+    if not fix or checked.readings is None:
+        return exit_code
+    of_logs = [readings for _, readings in checked.readings.files]
+    for log, readings in zip(logs, of_logs or [checked.readings], strict=True):
         try:
-            _fix(Path(log.path), file, form)
+            _write_fixed(Path(log.path), readings, form)
         except InputError as error:
             complain(error.diagnostics)
-            worst = max(worst, error.exit_code)
-    return worst
+            exit_code = max(exit_code, error.exit_code)
+    return exit_code
 
 
-def _fix(log: Path, readings: Readings, form: str) -> None:
+def _write_fixed(log: Path, readings: Readings, form: str) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
     fixed = log.with_name(f"{stem_of(log)}-fixed.csv")
     if not readings.runs or not readings.columns:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
-    text, left = fixed_log(readings)
+    text, gaps = fixed_log(readings)
     write_new(fixed, text.encode())
-    head = f"{fixed}: {readings.name} as gyro understood it; left for you: "
-    lines = [f"{head}{len(left) or 'nothing'}", *left]
+    count = len(gaps) or "nothing"
+    summary = f"{fixed}: {readings.name} as gyro understood it; left for you: {count}"
+    lines = [summary, *gaps]
     typer.echo("\n   ".join(lines), err=form != "text")
 
 
@@ -264,11 +177,11 @@ def check_log(
     name: str, read: Callable[[], Readings], options: Options | None = None
 ) -> Checked:
     """Read and analyse a log, and list what it lacks; an error is a finding."""
-    from gyrodata import analysis as story
+    from gyrodata import analysis as analyzing
 
     try:
         readings = read()
-        analysis, findings = story.check_log(readings, options)
+        analysis, findings = analyzing.check_log(readings, options)
     except Exception as error:
         return Checked(name, *explained(error, name))
     has_doubts = analysis is not None and bool(analysis.doubts)
@@ -292,14 +205,13 @@ def _check_submission(paths: Sequence[str]) -> Checked:
     except Exception as error:
         return Checked(name, *explained(error, name))
     # The line of the answer is read, although no fit uses it.
-    answer = diagnostics.REMARK, hand_in.file, hand_in.line
-    others = [
+    remark_of_answer = diagnostics.REMARK, hand_in.file, hand_in.line
+    of_log = [
         finding
         for finding in readings.diagnostics
-        if (finding.code, finding.file, finding.line) != answer
+        if (finding.code, finding.file, finding.line) != remark_of_answer
     ]
-    of_log = sorted(others, key=place)
-    findings = (*of_log, *sorted(of_submission, key=place))
+    findings = (*sorted(of_log, key=place), *sorted(of_submission, key=place))
     code = int(_is_serious(findings))
     return Checked(readings.name, findings, code, readings, hand_in=hand_in)
 

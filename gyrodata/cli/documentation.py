@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 PAGES = (
@@ -76,10 +75,6 @@ def for_terminal(markdown: str, width: int | None = None) -> str:
         width=width, force_terminal=True, legacy_windows=False, theme=plain
     )
     console.width = min(console.width, WIDEST)
-    # Remove pictures and the targets of links, which a terminal cannot show, and
-    # comments, which are for tests.
-    words = re.sub(r"^!\[.*\n|<!--.*?-->\n?", "", markdown, flags=re.MULTILINE)
-    words = re.sub(r"\[([^\]]{1,300})\]\([^)]{0,300}\)", r"\1", words)
     with console.capture() as captured:
-        console.print(Markdown(words, code_theme="ansi_dark", hyperlinks=False))
+        console.print(Markdown(markdown, code_theme="ansi_dark", hyperlinks=False))
     return "\n".join(line.rstrip() for line in captured.get().splitlines()) + "\n"

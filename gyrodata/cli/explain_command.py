@@ -51,15 +51,14 @@ def explain(
 
 def _contents() -> str:
     """List the pages and the words."""
-    longest = max(map(len, PAGES))
-    pages = ""
-    for name in PAGES:
-        title = page_title(name)
-        pages += f"  gyro explain {name:<{longest}}  {title}\n"
+    from gyrodata.reporting.values import in_columns
+
+    pages = [[f"  gyro explain {name}", page_title(name)] for name in PAGES]
+    table = "\n".join(in_columns(pages))
     words = [names.split(", ")[0] for names in _glossary()]
     listed = ", ".join(word for word in words if not word.startswith("u_"))
     return (
-        f"Pages:\n{pages}"
+        f"Pages:\n{table}\n"
         "Codes and uncertainties, such as:\n"
         "  gyro explain G454\n"
         "  gyro explain u_time\n"

@@ -14,6 +14,7 @@ import typer
 from typer import Argument, Option
 
 from gyrodata.base.disk import alone_in, telling, write_whole
+from gyrodata.cli.options import read_bytes
 from gyrodata.cli.terminal import (
     complain,
     finish,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
 
 def grade(
+    *,
     path: Annotated[
         Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")
     ] = None,
@@ -296,13 +298,13 @@ def _read_inputs(
     fill = None
     if gradebook is not None:
         fill = partial(
-            fill_book, _read(gradebook), gradebook.name, assignment=assignment
+            fill_book, read_bytes(gradebook), gradebook.name, assignment=assignment
         )
         fill(grades=[not_graded(listed.items[0], judged, "not yet")])
     people = Roster()
     table = roster or gradebook
     if table is not None:
-        people = read_roster(_read(table), table.name, listed)
+        people = read_roster(read_bytes(table), table.name, listed)
     return _Inputs(judged, text, fill, people)
 
 
@@ -318,7 +320,7 @@ def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
     if not desks:
         return NO_DESK
     meant = inputs.roster.who_is_meant(listed.items)
-    return read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
+    return read_desk(desks[0], read_bytes(desks[0]), meant, inputs.rubric)
 
 
 def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | None:
@@ -329,9 +331,11 @@ def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | Non
     from gyrodata.grading import output
     from gyrodata.grading.exports import compare_tables
 
-    table = folder / output.TABLE if folder is not None else None
-    old = table.read_bytes() if table is not None and table.is_file() else b""
-    return compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
+    table = folder and folder / output.TABLE
+    if not table or not table.is_file() or not table.stat().st_size:
+        return ()
+    new = grades.table.encode("utf-8", "replace")
+    return compare_tables(table.read_bytes(), new)
 
 
 def _write(
@@ -367,32 +371,7 @@ def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: str) -> 
             write_out(line)
 
 
-def autograde(
-    root: Annotated[
-        Path, Argument(metavar="ROOT", help="Folder of the autograder.")
-    ] = Path("/autograder"),
-) -> None:
-    """Grade the one submission that a running autograder of Gradescope has.
-
-    Called by its run_autograder.
-    """
-    from gyrodata.grading.exports.gradescope import grade_autograder
-    from gyrodata.grading.rubric import read_rubric
-
-    rubric = root / "source" / "rubric.toml"
-    graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
-    with telling(root, "grades_not_written"):
-        write_whole(root / "results" / "results.json", [graded.encode()])
-
-
 # --- input ---
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        refuse("option_file_not_read", path=path, why=error.strerror or error)
 
 
 def _rubric(path: Path | None) -> tuple[bytes, str]:
@@ -402,7 +381,7 @@ def _rubric(path: Path | None) -> tuple[bytes, str]:
     kind = "full" if path is None else str(path)
     if path is None or (kind in BUILT_IN and not path.exists()):
         return default_rubric_text(kind).encode(), f"built-in rubric {kind}"
-    return _read(path), path.name
+    return read_bytes(path), path.name
 
 
 def _executor_of(address: str) -> Executor:
@@ -424,7 +403,7 @@ def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     for year in years or ():
         path = year / JOURNAL
         name = year.resolve().name
-        journal = _read(path) if path.exists() else b""
+        journal = read_bytes(path) if path.exists() else b""
         kept = {}
         for student, entry in read_journal(journal)[0].items():
             if entry.grade.fingerprint:
@@ -448,15 +427,13 @@ def _write_autograder(folder: Path, path: Path | None) -> None:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    by_hand = [part for part in rubric.criteria if part.check == "manual"]
-    points = rubric.points - sum(part.points for part in by_hand)
+    manual = [part.points for part in rubric.criteria if part.check == "manual"]
+    points = rubric.points - sum(manual)
     tell(
         f"autograder: zip the files in {folder}, without a folder around them, and upload that",
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
         f"feedback is shown",
     )
-    for part in by_hand:
-        tell(f'in Gradescope, by hand: {part.points:g} points for "{part.title}"')
 
 
 def _folder(

@@ -4,14 +4,39 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.cli.terminal import refuse, tell, write_out
 
 ENDINGS = (".csv", ".txt", ".xlsx")
 """Endings of the names of tables that spreadsheets and gyro open."""
+
+
+class RunToFill(NamedTuple):
+    """A run that is not measured yet."""
+
+    mass: float
+    """[kg]; 0 without a weight."""
+    position: float
+    """[m]"""
+    turns: str
+    note: str
+
+
+def log_to_fill_in(runs: Iterable[RunToFill]) -> str:
+    """Write a log in which spin and time are left to fill in."""
+    text = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
+    for run in runs:
+        load = "0,"
+        if run.mass:
+            # The values have the digits that a scale and a ruler show.
+            mass = shown(run.mass, "mass", "g", 2)
+            load = f"{mass},{shown(run.position, 'length', 'cm', 1)}"
+        text += f"{load},,,{run.turns},,{run.note}\n"
+    return text
 
 
 def write_table(out: Path, text: str) -> None:
@@ -23,8 +48,7 @@ def write_table(out: Path, text: str) -> None:
     if ending not in ENDINGS:
         refuse("table_of_unknown_type", out=out)
     write_new(out, _workbook(text) if ending == ".xlsx" else text.encode())
-    name = f'"{out}"' if " " in str(out) else out
-    tell(f"table to fill in: {out}; after the first runs, check it: gyro check {name}")
+    tell(f'table to fill in: {out}; after the first runs: gyro check "{out}"')
 
 
 def write_new(out: Path, data: bytes) -> None:

@@ -86,11 +86,6 @@ class Reader(Struct, frozen=True):
             return self.config
         return settings_file(None if log == "-" else Path(log).parent)
 
-    def name_of_constants(self, log: str) -> str | None:
-        """Return the name of the TOML file with constants for a log."""
-        constants = self.constants_of(log)
-        return None if constants is None else constants.name
-
     def read(self, logs: Sequence[Log]) -> Readings:
         """Read logs of one gyroscope, several as one."""
         from gyrodata.readings.together import read_together
@@ -98,22 +93,26 @@ class Reader(Struct, frozen=True):
         return read_together([self._read_log(log) for log in logs])
 
     def _read_log(self, log: Log) -> Readings:
+        from gyrodata.readings import read_log
+
         constants = self.constants_of(log.path)
         if constants != self.config and not self.quiet:
             tell(f"constants of the apparatus: {constants}")
-        return self.read_source(source_of(log), log.name, constants)
-
-    def read_source(self, source: Any, name: str, constants: Path | None) -> Readings:
-        """Read a log from its file or from its bytes."""
-        from gyrodata.readings import read_log
-
         return read_log(
-            source,
-            name=name,
+            source_of(log),
+            name=log.name,
             settings=self.settings,
             mapping=self.mapping,
             config=constants,
         )
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read the file of an option."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        refuse("option_file_not_read", path=path, why=error.strerror or error)
 
 
 def input_of(name: str, readings: Readings | None) -> Input:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyrodata.cli.new_table import shown, write_table
+from gyrodata.cli.new_table import RunToFill, log_to_fill_in, write_table
 from gyrodata.cli.options import (
     ConfigOption,
     FormatOption,
@@ -33,6 +33,7 @@ def _part_of(text: str) -> float:
 
 
 def plan(
+    *,
     log: Annotated[
         str | None,
         typer.Argument(
@@ -129,7 +130,8 @@ def plan(
     if out != Path("-"):
         write_answer(form, planned.to_dict(), plan_text(planned, minutes))
     if out is not None:
-        write_table(out, _log_to_fill_in((*planned.first, *planned.runs)))
+        runs = map(_to_fill_in, (*planned.first, *planned.runs))
+        write_table(out, log_to_fill_in(runs))
 
 
 def _analyzed(readings: Readings) -> Analysis:
@@ -215,17 +217,12 @@ def _percent(part: float) -> str:
     return f"{100 * part:.2g} %"
 
 
-def _log_to_fill_in(runs: Sequence[PlannedRun]) -> str:
-    """Write runs as a log to fill in; a line above each run says what to aim at."""
-    lines = ["mass [g],position [cm],spin [rpm],time [s],turns,precession_sense"]
-    for run in runs:
-        mass = shown(run.mass, "mass", "g", 2)
-        position = shown(run.position, "length", "cm", 1)
+def _to_fill_in(run: PlannedRun) -> RunToFill:
+    """Return the row of a run in a log to fill in; its note says what to aim at."""
+    turns = ""
+    time = "watch it for 3 minutes"
+    if run.mass:
+        turns = _turns(run)
         time = f"about {run.time:.1f} s"
-        row = f"{mass},{position},,,{_turns(run)},"
-        if not run.mass:
-            time = "watch it for 3 minutes"
-            row = "0,,,,,"
-        lines += [f"# aim at {_rpm(run)} rpm ({time})", row]
-    lines.append("")
-    return "\n".join(lines)
+    note = f"aim at {_rpm(run)} rpm ({time})"
+    return RunToFill(run.mass, run.position, turns, note)

@@ -17,7 +17,11 @@ if TYPE_CHECKING:
     from gyrodata.results import Analysis
 
 predict = typer.Typer(
-    cls=Door, add_completion=False, suggest_commands=False, rich_markup_mode=None
+    name="predict",
+    cls=Door,
+    add_completion=False,
+    suggest_commands=False,
+    rich_markup_mode=None,
 )
 
 
@@ -67,17 +71,15 @@ WheelInertia = Annotated[
 ]
 
 
-def _with_log(context: typer.Context, log: str | None) -> Any:
-    """Let the values of the log of --log take the place of the default values.
+def _analyze(context: typer.Context, log: str | None) -> Any:
+    """Analyze the log of --log; its values take the place of the default values."""
+    if log is None:
+        return None
+    from gyrodata.analysis import analyze_readings
 
-    The result contains the numbers of all options.
-    """
-    if log is not None:
-        from gyrodata.analysis import analyze_readings
-
-        context.obj = analyze_readings(read([log]))
-        context.default_map = dict(_values_of(context.obj))
-    return context
+    analysis = analyze_readings(read([log]))
+    context.default_map = dict(_values_of(analysis))
+    return analysis
 
 
 LogOption = Annotated[
@@ -86,7 +88,7 @@ LogOption = Annotated[
         "--log",
         metavar="LOG",
         is_eager=True,
-        callback=_with_log,
+        callback=_analyze,
         help="Read numbers that no option gives from this log.",
     ),
 ]
@@ -127,6 +129,8 @@ def _across(given: float | None, inertia: float, load: float = 0.0) -> float:
 
 @predict.command()
 def precession(
+    context: typer.Context,
+    *,
     inertia: Inertia = INERTIA,
     spin: Spin = SPIN,
     transverse: Transverse = None,
@@ -156,7 +160,7 @@ def precession(
         Any,
         quantity_option("--g", "acceleration", "above zero", words="Gravity."),
     ] = "9.80665 m/s^2",
-    numbers: LogOption = None,
+    analysis: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict steady precession, and a released or upright rod.
@@ -174,11 +178,14 @@ def precession(
     torque = float(physics.torque(mass, position, g))
     across = _across(transverse, inertia, mass * position**2)
     answer = predict_precession(torque, spin, inertia, across, pitch)
-    _write(answer, numbers, form, torque=torque, transverse_inertia=across)
+    computed = {"torque": torque, "transverse_inertia": across}
+    _write(answer, context, form, analysis, **computed)
 
 
 @predict.command()
 def earth(
+    context: typer.Context,
+    *,
     latitude: Annotated[
         Any,
         quantity_option(
@@ -213,7 +220,7 @@ def earth(
             words="Spin; counterclockwise seen from the tip is positive.",
         ),
     ] = SPIN,
-    numbers: LogOption = None,
+    analysis: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict the directions of gyroscopes as the Earth rotates.
@@ -231,11 +238,13 @@ def earth(
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
     times = [3600 * row for row in (*rows, hours)]
     answer = predict_earth(latitude, times, inertia, spin)
-    _write(answer, numbers, form, hours=hours)
+    _write(answer, context, form, analysis, hours=hours)
 
 
 @predict.command()
 def platform(
+    context: typer.Context,
+    *,
     wheel_inertia: WheelInertia = "0.1 kg m^2",
     wheel_spin: Annotated[
         Any,
@@ -277,18 +286,15 @@ def platform(
     """
     from gyrodata.physics.prediction import predict_platform
 
-    values = {
-        "wheel_inertia": wheel_inertia,
-        "wheel_spin": wheel_spin,
-        "platform_inertia": platform_inertia,
-        "from": start,
-        "to": end,
-    }
-    _print(predict_platform(*values.values()), values, [], form)
+    wheel = wheel_inertia, wheel_spin
+    answer = predict_platform(*wheel, platform_inertia, start, end)
+    _write(answer, context, form)
 
 
 @predict.command()
 def twist(
+    context: typer.Context,
+    *,
     wheel_inertia: WheelInertia = "0.1 kg m^2",
     wheel_spin: Annotated[
         Any,
@@ -324,17 +330,14 @@ def twist(
     """
     from gyrodata.physics.prediction import predict_twist
 
-    values = {
-        "wheel_inertia": wheel_inertia,
-        "wheel_spin": wheel_spin,
-        "time": time,
-        "handles": handles,
-    }
-    _print(predict_twist(*values.values()), values, [], form)
+    answer = predict_twist(wheel_inertia, wheel_spin, time, handles)
+    _write(answer, context, form)
 
 
 @predict.command()
 def tip(
+    context: typer.Context,
+    *,
     force: Annotated[
         Any,
         quantity_option(
@@ -356,7 +359,7 @@ def tip(
     inertia: Inertia = INERTIA,
     spin: Spin = SPIN,
     transverse: Transverse = None,
-    numbers: LogOption = None,
+    analysis: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
     r"""Predict the motion of the rod's tip under a steady force.
@@ -372,40 +375,35 @@ def tip(
 
     across = _across(transverse, inertia)
     answer = predict_tip(force, length, inertia, spin, across)
-    _write(answer, numbers, form, transverse_inertia=across)
+    _write(answer, context, form, analysis, transverse_inertia=across)
 
 
 def _write(
-    answer: Precession | Earth | Tip, numbers: Any, form: str, **computed: float
+    answer: Precession | Earth | Platform | Twist | Tip,
+    context: Any,
+    form: str,
+    analysis: Analysis | None = None,
+    **computed: float,
 ) -> None:
     """Print a prediction with the numbers of its options, and where they come from."""
-    analysis = numbers.obj
-    doubts = analysis.doubts if analysis else ()
-    notes = [f"do not rely on I_zz: {doubt.words}" for doubt in doubts]
-    values = {}
-    for option in numbers.command.params:
-        if option.metavar != "QUANTITY":
-            continue
-        values[option.name] = numbers.params[option.name]
-        source = numbers.get_parameter_source(option.name).name
-        if source == "DEFAULT_MAP":
-            text = numbers.default_map[option.name]
-            notes.append(f'{option.opts[0]} "{text}", from {analysis.name}')
-        elif source == "DEFAULT":
-            text = option.default or f"{computed['transverse_inertia']:.9g} kg m^2"
-            notes.append(f'{option.opts[0]} "{text}", the default value')
-    values.pop("transverse", None)
-    _print(answer, values | computed, notes, form)
-
-
-def _print(
-    answer: Precession | Earth | Platform | Twist | Tip,
-    values: dict[str, float],
-    notes: list[str],
-    form: str,
-) -> None:
     from gyrodata.physics.prediction import prediction_text
     from gyrodata.results import to_json
 
-    answer = replace(answer, options=values, notes=tuple(notes))
+    doubts = analysis.doubts if analysis else ()
+    notes = [f"do not rely on I_zz: {doubt.words}" for doubt in doubts]
+    values = {}
+    for option in context.command.params:
+        if option.metavar != "QUANTITY":
+            continue
+        flag = option.opts[0]
+        values[flag.strip("-").replace("-", "_")] = context.params[option.name]
+        source = context.get_parameter_source(option.name).name
+        if analysis and source == "DEFAULT_MAP":
+            text = context.default_map[option.name]
+            notes.append(f'{flag} "{text}", from {analysis.name}')
+        elif source == "DEFAULT":
+            text = option.default or f"{computed['transverse_inertia']:.9g} kg m^2"
+            notes.append(f'{flag} "{text}", the default value')
+    values.pop("transverse", None)
+    answer = replace(answer, options=values | computed, notes=tuple(notes))
     write_answer(form, to_json(answer), prediction_text(answer))

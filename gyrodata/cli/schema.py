@@ -16,7 +16,6 @@ from msgspec import Struct
 
 from gyrodata.grading.exports import GradesDocument
 from gyrodata.grading.rubric import rubric_shape
-from gyrodata.physics import models
 from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
 from gyrodata.results import AnalysisDocument, CheckDocument
 from gyrodata.trials.coverage import SelfCheck
@@ -49,8 +48,6 @@ def json_schema(name: str) -> dict[str, Any]:
     shapes, tables = msgspec.json.schema_components(
         records, ref_template="#/$defs/{name}"
     )
-    names = models.names()
-    enums = {"Options": [models.AUTO, *names], "AnalysisResult": names}
     for record in {part for record_type in records for part in _records(record_type)}:
         table = tables[record.__name__]
         texts = _descriptions(record)
@@ -62,8 +59,6 @@ def json_schema(name: str) -> dict[str, Any]:
             shape.pop("default", None)
             if key in texts:
                 shape["description"] = texts[key]
-        if record.__name__ in enums:
-            table["properties"]["model"] = {"enum": sorted(enums[record.__name__])}
     one_of = shapes[0] if len(shapes) == 1 else {"oneOf": list(shapes)}
     return {"$schema": dialect, "title": title, **one_of, "$defs": tables}
 

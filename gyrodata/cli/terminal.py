@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
 import os
-import re
 import shutil
 import sys
 import textwrap
@@ -31,42 +29,39 @@ _DASHES = ("–", "—")
 """What a word processor writes for two minus signs."""
 
 
-class Command(TyperCommand):
-    """A command whose values are texts in most runs.
-
-    Typer converts a text by pydantic, and its import takes 10 % of a run.
-    """
+class _WithoutPydantic:
+    """Takes texts as they are typed: to import pydantic takes 10 % of a run."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the arguments and options, which convert only what is no text."""
-        return _lightly(super().get_params(ctx))
+        """Return the arguments and options, each with the short way for its value."""
+        params: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for param in params:
+            param.process_value = partial(_value_of, param)
+        return params
 
 
-def _lightly(params: list[Any]) -> list[Any]:
-    for param in params:
-        param.process_value = partial(_convert, param)
-    return params
+def _value_of(param: Any, ctx: Any, typed: Any) -> Any:
+    """Return the value of an argument or option.
 
-
-def _convert(param: Any, ctx: Any, value: Any) -> Any:
-    """Convert the value of an argument or option, without pydantic if it is a text.
-
-    If typer no longer says the type in this way, it converts all values itself.
+    No value, a path, texts and a text of a choice need no conversion; typer converts
+    all others by pydantic, such as "3" for a whole number.
     """
     described = getattr(param, "type_descriptor", None)
     kind = getattr(described, "annotation", None)
-    is_text = isinstance(value, str)
-    if value is None and not param.required:
-        return () if param.multiple else None
-    if is_text and kind is Path:
-        return Path(value)
-    is_choice = is_text and value in get_args(kind)
-    if is_choice or (value and param.nargs == -1):
-        return value
-    return type(param).process_value(param, ctx, value)
+    if kind is Path and typed:
+        return Path(typed)
+    is_choice = typed in get_args(kind)
+    is_absent = typed is None and not param.required
+    if is_choice or is_absent or (typed and kind == list[str]):
+        return typed
+    return type(param).process_value(param, ctx, typed)
 
 
-class Door(TyperGroup):
+class Command(_WithoutPydantic, TyperCommand):
+    """A command."""
+
+
+class Door(_WithoutPydantic, TyperGroup):
     """The only error handler of the command line.
 
     Each error that ends a command becomes a message and an exit code here.
@@ -92,10 +87,6 @@ class Door(TyperGroup):
         if standalone:
             sys.exit(code)
         return code
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options, which are converted as those of a command."""
-        return _lightly(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Print the help without arguments; refuse an empty one.
@@ -132,8 +123,7 @@ def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
         hint = f"see: {' '.join(['gyro', *typed[:1]])} --help"
     else:
         words = " ".join(typed).replace("=", " ").split()
-        wrong = [word for word in words if f"'{word}'" in message]
-        wrong += [word for word in words if word.startswith("-")]
+        wrong = [word for word in words if word[0] == "-" or f"'{word}'" in message]
         hint = _nearest(wrong, error.ctx.command) or _example(error.ctx)
     return InputError.named("command_line_wrong", message=message, hint=hint)
 
@@ -171,71 +161,19 @@ def _example(context: Any) -> str:
 
 
 def _open_streams() -> None:
-    """Write UTF-8 to files and pipes on every system."""
-    for name in ("stdout", "stderr"):
+    """Write UTF-8 to files and pipes on every system.
+
+    A sign that a terminal does not have is written with its name.
+    """
+    for name in ("stdin", "stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
-            # A closed stream: writing to it is an error, like writing to a full disk.
+            # A closed stream is empty, and writing to it is an error.
             setattr(sys, name, Path(os.devnull).open())  # noqa: SIM115
         # The streams of tests and notebooks accept every character.
-        if isinstance(stream, TextIOWrapper):
+        elif isinstance(stream, TextIOWrapper) and stream.writable():
             encoding = stream.encoding if stream.isatty() else "utf-8"
-            stream.reconfigure(encoding=encoding, errors="in_ascii")
-
-
-_PLAIN = {
-    "±": "+/-",
-    "·": "*",
-    "×": "x",
-    "−": "-",
-    "–": "-",
-    "→": "->",
-    "≤": "<=",
-    "≥": ">=",
-    "√": "sqrt",
-    "°": " deg",
-    "’": "'",
-    "∝": "~",
-    "∞": "infinity",
-    "⁄": "/",
-    "•": "*",
-    "\u0307": "_dot",
-}
-"""ASCII text for characters that `unicodedata` does not describe."""
-
-
-def _in_ascii(error: Any) -> tuple[str, int]:
-    """Write in ASCII what an encoding lacks, as a handler of `codecs`.
-
-    Every number stays the same: 10⁻³ is 10^-3, and 2½ is 2 1/2.
-    """
-    raised = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+").match(error.object, error.start)
-    if raised:
-        return "^" + "".join(map(_plain, raised[0])), raised.end()
-    return _plain(error.object[error.start]), error.start + 1
-
-
-codecs.register_error("in_ascii", _in_ascii)
-
-
-def _plain(sign: str) -> str:
-    """Write a character in ASCII: π as pi, é as e.
-
-    A question mark for a character without such a name.
-    """
-    from unicodedata import combining, name, normalize
-
-    if sign.isascii() or sign in _PLAIN:
-        return _PLAIN.get(sign, sign)
-    parts = normalize("NFKD", sign)
-    if parts != sign:
-        # Separated by a blank: 2½ is not 21/2.
-        return " " * ("⁄" in parts) + "".join(map(_plain, parts))
-    called = name(sign, "")
-    if called.startswith("GREEK "):
-        letter = called.split()[-1]
-        return letter.capitalize() if "CAPITAL" in called else letter.lower()
-    return "" if combining(sign) else "?"
+            stream.reconfigure(encoding=encoding, errors="namereplace")
 
 
 def _fault(error: Exception, log: str) -> Diagnostic:
@@ -263,13 +201,12 @@ STYLES = {
 def for_stream(text: str, stream: Any) -> str:
     """Wrap a text, colour severities and make the answer bold, on a terminal.
 
-    Pages have their width and their colours already. FORCE_COLOR, NO_COLOR and TERM are
-    respected.
+    Pages have their width and their colours already. NO_COLOR and TERM are respected.
     """
-    if stream.isatty() and "\033" not in text:
-        text = "\n".join(map(_wrapped, text.split("\n")))
-    wanted = stream.isatty() or os.environ.get("FORCE_COLOR")
-    if not wanted or os.environ.get("NO_COLOR"):
+    if not stream.isatty() or "\033" in text:
+        return text
+    text = "\n".join(map(_wrapped, text.split("\n")))
+    if os.environ.get("NO_COLOR"):
         return text
     from rich.console import Console
     from rich.text import Text
@@ -432,9 +369,21 @@ class Log(NamedTuple):
         return "<stdin>" if self.path == "-" else printable(self.short.as_posix())
 
 
-def named_logs(paths: Sequence[str]) -> list[Log]:
+def named_logs(typed: Sequence[str]) -> list[Log]:
     """Return the logs of a command with their names."""
-    return list(map(Log, paths, _short_paths(paths)))
+    paths = list(map(Path, typed))
+    folders = [path.parent for path in paths if path.is_absolute()]
+    shared = ""
+    # Two drives of Windows share no folder.
+    with suppress(ValueError):
+        shared = os.path.commonpath(folders)
+    logs = []
+    for word, path in zip(typed, paths, strict=True):
+        short = path
+        if path.is_absolute():
+            short = path.relative_to(shared or path.parent)
+        logs.append(Log(word, short))
+    return logs
 
 
 def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]:
@@ -448,29 +397,5 @@ def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]
 
 def source_of(log: Log) -> Any:
     """Return the file of a log, or the bytes of standard input."""
-    if log.path != "-":
-        # A path that contains a line break is still a path.
-        return Path(log.path)
-    if sys.stdin is None:
-        refuse("input_closed")
-    if sys.stdin.isatty():
-        end = "Ctrl-D, on Windows Ctrl-Z and Enter"
-        tell(f"gyro reads the log from the keyboard; end it with {end}")
-    return sys.stdin.buffer
-
-
-def _short_paths(logs: Sequence[str]) -> list[Path]:
-    """Return the paths of logs as they were given.
-
-    Absolute paths become relative to the folder that they share.
-    """
-    paths = [Path(log) for log in logs]
-    folders = [path.parent for path in paths if path.is_absolute()]
-    shared = ""
-    # Two drives of Windows share no folder.
-    with suppress(ValueError):
-        shared = os.path.commonpath(folders)
-    return [
-        path.relative_to(shared or path.parent) if path.is_absolute() else path
-        for path in paths
-    ]
+    # A path that contains a line break is still a path.
+    return sys.stdin.buffer if log.path == "-" else Path(log.path)

@@ -60,7 +60,7 @@ def test_fault_of_gyro_in_one_log_leaves_the_others(
 
 
 def test_fault_in_any_command_ends_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gyrodata.cli.check_command.blank_log", lambda *_: 1 / 0)
+    monkeypatch.setattr("gyrodata.cli.template_command.blank_log", lambda *_: 1 / 0)
     done = CliRunner().invoke(app, ["template"])
     assert (
         done.exit_code,

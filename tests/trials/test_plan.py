@@ -243,15 +243,15 @@ def test_json_is_as_its_schema_says() -> None:
 
 
 def filled_in(table: str) -> list[str]:
-    """Fill in the spin and the time that the line above each run names."""
-    header, *lines = table.splitlines()
+    """Fill in the spin and the time that the note of each run names."""
+    header, *lines = [line for line in table.splitlines() if line[0] != "#"]
     columns = {name: at for at, name in enumerate(header.split(","))}
     rows = [header]
-    for aim, line in zip(lines[::2], lines[1::2], strict=True):
-        spin, time = re.fullmatch(
-            r"# aim at (\d+) rpm \((?:about (\S+) s|watch it for 3 minutes)\)", aim
-        ).groups()
+    for line in lines:
         cells = line.split(",")
+        spin, time = re.fullmatch(
+            r"aim at (\d+) rpm \((?:about (\S+) s|watch it for 3 minutes)\)", cells[-1]
+        ).groups()
         cells[columns["spin [rpm]"]] = f"{float(spin):.1f}"
         cells[columns["time [s]"]] = f"{float(time or 120):.2f}"
         if time is None:

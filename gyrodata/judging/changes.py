@@ -750,8 +750,8 @@ def choose_model(
     fits = fits or _fits(measured)
     runs = fitting.timed_runs(measured)
     stated = models.stated_or_asked(model, runs)
-    silent = [candidate for candidate in MODELS if candidate.is_silent(runs)]
-    if model != AUTO or not (stated.models or silent):
+    is_silent = any(each.is_silent(runs) for each in MODELS)
+    if model != AUTO or not (stated.models or is_silent):
         return stated
     try:
         lab = fits(Motion())
@@ -759,13 +759,9 @@ def choose_model(
     except fitting.NoFit:
         # It is unknown what could be left out.
         return stated
-    offered = stated
-    for each in silent:
-        if each.is_possible(top, runs):
-            offered = offered.including(each)
-    motion = needed_models(lab, offered)
-    for each in set(silent).intersection(motion.models):
-        if _is_contradicted(fits, motion, each, measured):
+    motion = needed_models(lab, models.offered(stated, top, runs))
+    for each in motion.models:
+        if each.is_silent(runs) and _is_contradicted(fits, motion, each, measured):
             motion = motion.without(each.effect)
     return motion
 

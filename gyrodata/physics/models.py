@@ -600,6 +600,15 @@ def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
     return Motion((*simpler, MODELS[asked]))
 
 
+def offered(stated: Motion, top: Top, runs: TimedRuns) -> Motion:
+    """Add the possible models of a log that is silent about them to the stated ones."""
+    motion = stated
+    for model in MODELS:
+        if model.is_silent(runs) and model.is_possible(top, runs):
+            motion = motion.including(model)
+    return motion
+
+
 def names() -> tuple[str, ...]:
     """Return the names of all models, for the option ``--model``."""
     return tuple(dict.fromkeys(model.name for model in MODELS if model.name))

@@ -30,6 +30,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
+from gyrodata.fitting.adjustment import Widths
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -161,11 +162,11 @@ class Posterior(Struct, frozen=True):
         """Compute the quantiles at `LEVELS` of I_zz, M0 or b, shape (5,)."""
         return _quantiles(self.weight, self.mean[number], self.u[number])
 
-    def typical_widths(self) -> tuple[float, float, float]:
-        """Return a typical s, v and width of M0: the weighted means of all parts."""
-        factor = math.exp(float(self.weight @ np.log(self.factor)))
-        width = math.exp(float(self.weight @ np.log(self.width)))
-        return factor, float(self.weight @ self.level), width
+    def typical_widths(self) -> Widths:
+        """Return a typical s, width of M0 and v: the weighted means of all parts."""
+        factor = math.exp(self.weight @ np.log(self.factor))
+        width = math.exp(self.weight @ np.log(self.width))
+        return Widths(factor, width, float(self.weight @ self.level))
 
     def chance_of_one_balance(self) -> float:
         """Return the probability that M0 is the same with every weight."""

@@ -258,7 +258,7 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
         ):
             changed = {"time": measured.time - late, "timing_bias_u": 0.0}
             yield lab.change(name, f"times {LATE:g} s too {how}", changed)
-    yield from _other_balances(lab)
+    yield from _other_balance_lines(lab)
     yield from _without_each_weight(lab)
 
 
@@ -285,8 +285,8 @@ def _without_each_weight(lab: Lab) -> Iterator[Change]:
         )
 
 
-def _other_balances(lab: Lab) -> Iterator[Change]:
-    """List what else the log could say of the balance."""
+def _other_balance_lines(lab: Lab) -> Iterator[Change]:
+    """Suppose that the log has another line about the balance: "# balanced: yes"."""
     measured = lab.measured
     if not measured.balanced:
         yield lab.change(

@@ -37,7 +37,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     top = _tops(loaded, np.full(len(own), usual))
     spin = conserved_spin(top, runs)
     across = top.transverse_inertia
-    sag = physics.greatest_sag(top.torque, spin, usual, across, loaded.pitch)
+    sag = physics.sag_size(top.torque, spin, usual, across, loaded.pitch)
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
     ratio = fitting.transverse_inertia(loaded) / fitting.rough_inertia(loaded)
     if sag.max() < FALLEN or ratio.min() < 1 / 3 or ratio.max() > 10:

@@ -560,9 +560,9 @@ def adjust(
     start : Start
         Rough unknowns.
     kept : ndarray, shape (n,)
-        1, or 0 for a run without weight; its time is still predicted.
+        1 for a run in the fit, 0 for one that is left out; its time is still predicted.
     factor : float
-        Largest ratio of I_zz and its start.
+        Largest ratio of I_zz and its start, or of the start and I_zz.
 
     Raises
     ------
@@ -584,17 +584,17 @@ def adjust(
         if turn >= FULL_STEPS or jumped > 0.03:
             single = _onto_conditions(at, current[0])
             at = problem.linearise(single, shared, sense, current)
-        plain = problem.derivatives(at, scale)
+        derivatives = problem.derivatives(at, scale)
         weight = kept / np.sqrt(at.independent_variance)
-        rows = _weighted_rows(plain, at.misclosure, weight, unknowns)
+        rows = _weighted_rows(derivatives, at.misclosure, weight, unknowns)
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
-        closed = at.misclosure + plain @ step
+        remaining = at.misclosure + derivatives @ step
         # The prediction for a run that is left out is also linear only on its
         # condition.
-        single = -at.independent * (closed / at.independent_variance)
-        weighted = weight * closed
+        single = -at.independent * (remaining / at.independent_variance)
+        weighted = weight * remaining
         of_priors = unknowns[1:] @ unknowns[1:]
         of_runs = weighted @ weighted
         costs.append(float(of_runs + of_priors))
@@ -614,7 +614,7 @@ def adjust(
     rest = np.maximum(1 - leverage, NEGLIGIBLE)
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
-    predicted = ((plain @ inverse) ** 2).sum(axis=1)
+    predicted = ((derivatives @ inverse) ** 2).sum(axis=1)
     outside = at.independent_variance + predicted
     inside = at.independent_variance * rest
     variance = np.where(kept > 0, inside, outside)
@@ -632,7 +632,7 @@ def adjust(
         kept=kept,
         weighted=weighted,
         independent_variance=at.independent_variance,
-        deviations=sense * closed / np.sqrt(variance),
+        deviations=sense * remaining / np.sqrt(variance),
         influence=gain[:count] * weighted / rest,
         chi2=costs[-1],
     )
@@ -669,13 +669,13 @@ def _scale(problem: Problem, start: Start) -> Floats:
 
 
 def _weighted_rows(
-    plain: Floats, misclosure: Floats, weight: Floats, unknowns: Floats
+    derivatives: Floats, misclosure: Floats, weight: Floats, unknowns: Floats
 ) -> Floats:
     """Return the weighted conditions of n runs, and the priors; last comes the target.
 
     There is a prior for each unknown except I_zz.
     """
-    conditions = np.column_stack((plain, -misclosure))
+    conditions = np.column_stack((derivatives, -misclosure))
     weighted = weight[:, None] * conditions
     directions = np.eye(len(unknowns))[1:]
     priors = np.column_stack((directions, -unknowns[1:]))

@@ -477,8 +477,8 @@ def _at_widths(
         problem = Problem(measured, tilted, widths)
         adjusted = adjustment.adjust(problem, sense, start, kept)
     except NoFit:
-        off = adjustment.misfits(measured, start)[kept > 0]
-        factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
+        misfit = adjustment.misfits(measured, start)[kept > 0]
+        factor = max(widths.scatter, math.sqrt(np.mean(misfit**2)))
         widths = replace(widths, scatter=factor, residual_torque=0.1 * width)
         problem = Problem(measured, tilted, widths)
         astray = adjustment.ASTRAY

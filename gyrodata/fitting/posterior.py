@@ -126,12 +126,12 @@ class Conditions(Struct, frozen=True):
     """Derivatives with respect to the difference of M0 of each weight [1/(N*m)], shape
     (n, J)."""
     days: Floats
-    """Derivatives with respect to the differences of M0 between D + 1 days, in the
-    width of M0, shape (n, D)."""
+    """Derivatives with respect to the differences of M0 between D + 1 days [1/(N*m)],
+    which have the width of M0, shape (n, D)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
-    """I_zz, M0 and b at the end of the fit, shape (3,)."""
+    """I_zz, M0 and b at the end of the fit, in the units `unit`, shape (3,)."""
     unit: Floats
     """Units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     runs: float
@@ -146,9 +146,9 @@ class Posterior(Struct, frozen=True):
     weight: Floats
     """Weight of each part, shape (N,); the sum is 1."""
     mean: Floats
-    """Mean of each part, shape (3, N)."""
+    """Mean of I_zz [kg*m^2], M0 [N*m] and b [s] in each part, shape (3, N)."""
     u: Floats
-    """Standard deviation of each part, shape (3, N)."""
+    """Standard deviations of the same, shape (3, N)."""
     factor: Floats
     """s of each part [1], shape (N,)."""
     width: Floats
@@ -253,9 +253,9 @@ class _Solution(Struct, frozen=True):
 
     log_likelihood: Floats
     both: Floats
-    """Mean."""
+    """Mean, minus the value at the end of the fit [1]."""
     m0: Floats
-    """Mean."""
+    """Mean, minus the value at the end of the fit [N*m]."""
     covariance: tuple[Floats, Floats, Floats]
     """Variance of `both`, covariance of both unknowns, variance of M0."""
     of_bias: tuple[Floats, ...]

@@ -240,7 +240,7 @@ def judge(fitted: FittedLog) -> Analysis:
         if change.torque_number is not None and answer.inertia:
             without_torque[change.torque_number] = answer.inertia
     exponent = tables.common_exponent(measured, groups)
-    diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
+    diagnostics = (*fitted.diagnostics, *_run_checks(fitted, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _excused_lines(lab))
     torques = tuple(
         [
@@ -271,16 +271,16 @@ def check_fit(fitted: FittedLog) -> FittedLog:
     """
     assumed = changes.assumed_effects(fitted.lab)
     fitted = replace(fitted, effects=changes.list_effects(fitted.lab, assumed))
-    of_fit = _findings(fitted, findings.OF_FIT, None)
+    of_fit = _run_checks(fitted, findings.OF_FIT, None)
     return replace(fitted, diagnostics=(*fitted.diagnostics, *of_fit))
 
 
-def _findings(
+def _run_checks(
     fitted: FittedLog,
     selected: Sequence[findings.Check],
     exponent: tables.Exponent | None,
 ) -> list[Diagnostic]:
-    """List what some checks find in a fit."""
+    """List what some checks of `gyrodata.judging.findings` find in a fit."""
     # A `JudgedLab` is a `Lab` with more fields.
     judged = findings.JudgedLab(
         **asdict(fitted.lab),
@@ -294,10 +294,7 @@ def _findings(
         ball=_ball(fitted),
         unusual_sizes=fitted.unusual_sizes,
     )
-    diagnostics: list[Diagnostic] = []
-    for check in selected:
-        diagnostics.extend(check(judged))
-    return diagnostics
+    return findings.run_checks(judged, selected)
 
 
 def _kept_runs(fit: fitting.FitResult) -> list[int]:

@@ -24,7 +24,7 @@ HEADER = "mass [g],position [cm],spin [rpm],time [s],turns"
 class Message(Struct, frozen=True, forbid_unknown_fields=True):
     """One message; names in braces are values that are filled in.
 
-    The part of such a name after a colon is the format of the value.
+    Python's `str.format` fills them in: "{time:.1f}" is the value `time` as 20.4.
     """
 
     code: str
@@ -57,10 +57,12 @@ _TEXTS = "\n".join(path.read_text(encoding="utf-8") for path in _FILES)
 def message(name: str) -> Message:
     """Read one message without the others.
 
-    To read all of them takes a twentieth of the time of a run without figures.
+    To read all of them takes a twentieth of the time of a run without figures. So the
+    text of the record is cut out first: it is between its head, a line ``[name]`` below
+    an empty line, and the next head.
     """
-    _, _, rest = _TEXTS.partition(f"\n\n[{name}]\n")
-    record, _, _ = rest.partition("\n\n[")
+    _, _, from_record = _TEXTS.partition(f"\n\n[{name}]\n")
+    record, _, _ = from_record.partition("\n\n[")
     return convert(tomllib.loads(record), Message)
 
 

@@ -133,17 +133,17 @@ class Diagnostic(Struct, frozen=True):
         first = f"{where}: {head}" if where else head
         below = self.hint.split("\n") if self.hint else []
         if self.excerpt and self.column is not None:
-            shown, before = _window(self.excerpt, self.column - 1)
-            width = min(self.width, len(shown) - before)
+            window, before = _window(self.excerpt, self.column - 1)
+            width = min(self.width, len(window) - before)
             mark = " " * before + "^" * max(1, width)
             hint, *more = below or [""]
-            below = [shown, f"{mark}  {hint}".rstrip(), *more]
+            below = [window, f"{mark}  {hint}".rstrip(), *more]
         lines = [first, *(f"   {line}" for line in below)]
         return "\n".join(lines).translate(PICTURES)
 
 
 def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
-    """Cut a long line to the part around `position`.
+    """Cut a long line to the part around `position`, and return its place there.
 
     A tab becomes one blank, so that the mark is below its place.
     """

@@ -91,6 +91,28 @@ def in_workers(
         for task in tasks:
             yield task, _do(work, task, 0.0)
         return
+    lost = yield from _in_one_pool(work, tasks, workers, limit, cluster)
+    # A process that dies ends the whole pool. The task that killed it is found by
+    # halves: the others are done again, and a task that ends its process when it is the
+    # only one is not.
+    if len(lost) == len(tasks) == 1:
+        why = "its process ended without an answer, perhaps for want of memory"
+        yield lost[0], Failed(why)
+        return
+    middle = len(lost) // 2
+    for half in filter(None, (lost[:middle], lost[middle:])):
+        # Never in this process, which the task could end too.
+        yield from in_workers(work, half, max(workers, 1), limit)
+
+
+def _in_one_pool(
+    work: Callable[[Task], Answer],
+    tasks: Sequence[Task],
+    workers: int,
+    limit: float,
+    cluster: Executor | None,
+) -> Generator[tuple[Task, Answer | Failed], None, list[Task]]:
+    """Give each task with its answer, and return those that were lost with the pool."""
     lost: list[Task] = []
     processes = min(workers, len(tasks)) or 1
     with _pool(processes) if cluster is None else nullcontext(cluster) as pool:
@@ -107,18 +129,7 @@ def in_workers(
                 lost += batch
             else:
                 yield from zip(batch, answers, strict=True)
-    # A process that dies ends the whole pool. The task that killed it is found by
-    # halves: the others are done again, and a task that ends its process when it is the
-    # only one is not.
-    middle = len(lost) // 2
-    if len(lost) == len(tasks) == 1:
-        why = "its process ended without an answer, perhaps for want of memory"
-        yield lost[0], Failed(why)
-    elif lost:
-        for half in (lost[:middle], lost[middle:]):
-            if half:
-                # Never in this process, which the task could end too.
-                yield from in_workers(work, half, max(workers, 1), limit)
+    return lost
 
 
 def _batches(tasks: Sequence[Task], workers: int) -> Iterator[Sequence[Task]]:

@@ -19,7 +19,7 @@ each step is solved by QR: normal equations would lose digits.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -80,6 +80,17 @@ class NoFit(Exception):  # noqa: N818 - an outcome of a fit, not a fault of gyro
 # --- the conditions ---
 
 
+class Widths(Struct, frozen=True):
+    """Widths of the errors that a log knows only roughly."""
+
+    scatter: float
+    """Factor s on the errors of single runs [1]."""
+    residual_torque: float | None
+    """Width of M0 [N*m]; None: the smallest torque."""
+    level: float = 0.0
+    """Width of the difference of M0 between weights [N*m]."""
+
+
 class Linear(Struct, frozen=True):
     """The conditions of n runs, linear in the unknowns and the errors of S sources."""
 
@@ -102,33 +113,22 @@ class Linear(Struct, frozen=True):
 class Problem:
     """The readings of a log and their errors: S sources, n runs, K shared errors.
 
-    `observed` contains the readings, shape (10, n). `member` contains the number of the
-    shared error in each reading, or −1, shape (S, n); `from_source`, `from_run` and
-    `to_column` list the same pairs.
+    `observed` contains the readings, shape (10, n). `width` is that of the prior of M0
+    of each day [N*m]. `member` contains the number of the shared error in each reading,
+    or −1, shape (S, n); `from_source`, `from_run` and `to_column` list the same pairs.
     """
 
-    def __init__(
-        self,
-        measured: Measurements,
-        tilted: bool,
-        level: float = 0.0,
-        width: float = 0.0,
-        scatter: float = 1.0,
-    ) -> None:
-        """Number the errors; the balance differs between weights by `level` [N*m].
-
-        M0 of each day has the prior width `width` [N*m], and errors of single runs are
-        `scatter` times as large as stated.
-        """
+    def __init__(self, measured: Measurements, tilted: bool, widths: Widths) -> None:
+        """Number the errors, which have some widths; that of M0 is not None."""
         count = len(measured.runs)
         self.measured = measured
         self.count = count
         self.tilted = tilted
         self.observed = _observed(measured, tilted)
-        sources = [
-            *measured.sources,
-            *balance_sources(measured, width, level),
-        ]
+        assert widths.residual_torque is not None
+        self.width = widths.residual_torque
+        of_balance = balance_sources(measured, self.width, widths.level)
+        sources = [*measured.sources, *of_balance]
         if not tilted:
             sources = [s for s in sources if s.quantity not in ("pitch", "transverse")]
         # Exact readings have no errors.
@@ -142,7 +142,7 @@ class Problem:
         is_of_quantity = np.arange(QUANTITIES)[:, None] == self.quantity
         self.onto = is_of_quantity.astype(float)
         self._number_shared_errors()
-        factor = np.where(self.independent > 0, scatter, 1.0)
+        factor = np.where(self.independent > 0, widths.scatter, 1.0)
         self.absolute *= factor
         self.relative *= factor
 
@@ -485,6 +485,8 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
 MAX_ITERATIONS = 100
 """Number of steps after which an adjustment will not converge."""
 
+NO_CONVERGENCE = "the fit does not converge"
+
 LOST = 1e-3
 """An I_zz below this multiple of its start, or above the inverse, does not come back.
 """
@@ -536,8 +538,6 @@ class Adjusted(Struct, frozen=True):
     """Change of I_zz if a run is left out, to first order (DFBETA) [kg*m^2], shape
     (n,)."""
     chi2: float
-    converged: bool
-    """False: this is not a solution."""
 
 
 # Values that are not finite are refused after the iteration.
@@ -546,8 +546,8 @@ def adjust(
     problem: Problem,
     sense: Floats,
     start: Start,
-    prior_width: float,
     kept: Floats,
+    *,
     factor: float = FACTOR,
 ) -> Adjusted:
     """Repeat the linear least squares until it converges to a credible solution.
@@ -559,25 +559,24 @@ def adjust(
         Sign of φ̇ψ̇ of each run.
     start : Start
         Rough unknowns.
-    prior_width : float
-        Standard deviation of M0 before the fit [N*m].
     kept : ndarray, shape (n,)
-        1, or 0 for a run without weight; its time is still predicted.
+        1 for a run in the fit, 0 for one that is left out; its time is still predicted.
     factor : float
-        Largest ratio of I_zz and its start.
+        Largest ratio of I_zz and its start, or of the start and I_zz.
 
     Raises
     ------
     NoFit
         If there is no credible solution.
     """
-    scale = _scale(problem.measured, start, prior_width)
+    scale = _scale(problem, start)
     count = problem.count
     unknowns = np.zeros(3 + len(problem.owners))
     unknowns[:2] = 1.0, start.residual_torque / scale[1]
     single = np.zeros_like(problem.absolute)
-    chi2 = moved = math.inf
-    jumped, converged = 0.0, False
+    moves: list[float] = []
+    costs: list[float] = []
+    jumped = 0.0
     for turn in range(MAX_ITERATIONS):
         shared = unknowns[3:]
         current = unknowns[:3] * scale
@@ -585,42 +584,38 @@ def adjust(
         if turn >= FULL_STEPS or jumped > 0.03:
             single = _onto_conditions(at, current[0])
             at = problem.linearise(single, shared, sense, current)
-        plain = problem.derivatives(at, scale)
+        derivatives = problem.derivatives(at, scale)
         weight = kept / np.sqrt(at.independent_variance)
-        rows = _weighted_rows(plain, at.misclosure, weight, unknowns)
+        rows = _weighted_rows(derivatives, at.misclosure, weight, unknowns)
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
-        closed = at.misclosure + plain @ step
+        remaining = at.misclosure + derivatives @ step
         # The prediction for a run that is left out is also linear only on its
         # condition.
-        single = -at.independent * (closed / at.independent_variance)
-        weighted = weight * closed
-        before = chi2
+        single = -at.independent * (remaining / at.independent_variance)
+        weighted = weight * remaining
         of_priors = unknowns[1:] @ unknowns[1:]
         of_runs = weighted @ weighted
-        chi2 = float(of_runs + of_priors)
+        costs.append(float(of_runs + of_priors))
         if not LOST < unknowns[0] < 1 / LOST:
-            break
-        last = moved
+            raise NoFit(NO_CONVERGENCE)
         sizes = np.abs(step)
-        moved = float(sizes.max())
+        moves.append(float(sizes.max()))
         jumped = float(sizes[:2].max())
-        # Steps shrink by a constant factor, which predicts the size of the next one.
-        next_is_small = turn > 0 and moved**2 < 1e-8 * min(last, 1.0)
-        is_flat = turn > 3 and abs(before - chi2) <= 1e-13 * chi2
-        converged = moved < 1e-11 or next_is_small or is_flat
-        if converged:
+        if _has_converged(moves, costs):
             break
+    else:
+        raise NoFit(NO_CONVERGENCE)
     inverse = np.linalg.inv(triangle)
     conditions = rows[:, :-1]
     q = conditions @ inverse
-    # The leverage of a run in the fit is removed; for a run outside, the variance of
-    # its prediction is added.
     leverage = (q[:count] ** 2).sum(axis=1)
     rest = np.maximum(1 - leverage, NEGLIGIBLE)
-    predicted = plain @ inverse
-    outside = at.independent_variance + (predicted**2).sum(axis=1)
+    # The leverage of a run in the fit is removed; for a run outside, the variance of
+    # its prediction is added.
+    predicted = ((derivatives @ inverse) ** 2).sum(axis=1)
+    outside = at.independent_variance + predicted
     inside = at.independent_variance * rest
     variance = np.where(kept > 0, inside, outside)
     gain = q @ inverse[0] * scale[0]
@@ -637,34 +632,50 @@ def adjust(
         kept=kept,
         weighted=weighted,
         independent_variance=at.independent_variance,
-        deviations=sense * closed / np.sqrt(variance),
+        deviations=sense * remaining / np.sqrt(variance),
         influence=gain[:count] * weighted / rest,
-        chi2=chi2,
-        converged=bool(converged),
+        chi2=costs[-1],
     )
     _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
 
 
-def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
+def _has_converged(moves: Sequence[float], costs: Sequence[float]) -> bool:
+    """Return whether the next step would change nothing.
+
+    `moves` contains the largest change of an unknown in each step, and `costs` the
+    chi-square after it.
+    """
+    if len(moves) < 2:
+        return False
+    last, moved = moves[-2:]
+    before, cost = costs[-2:]
+    # Steps shrink by a constant factor, which predicts the size of the next one.
+    next_is_small = moved**2 <= 1e-8 * min(last, 1.0)
+    is_flat = len(moves) > 4 and abs(before - cost) <= 1e-13 * cost
+    return next_is_small or is_flat
+
+
+def _scale(problem: Problem, start: Start) -> Floats:
     """Return the units of the unknowns in the steps, shape (3,).
 
-    They are of order one: I_zz by its start, M0 and b by the widths of their priors. M0
-    and b are means over all days.
+    I_zz [kg*m^2] is of the order of its start, M0 [N*m] and b [s] of the widths of
+    their priors. M0 and b are means over all days.
     """
+    measured = problem.measured
     share = share_of_mean(measured.day)
-    widths = share * np.array([prior_width, measured.timing_bias_u])
+    widths = share * np.array([problem.width, measured.timing_bias_u])
     return np.array([start.inertia, *widths])
 
 
 def _weighted_rows(
-    plain: Floats, misclosure: Floats, weight: Floats, unknowns: Floats
+    derivatives: Floats, misclosure: Floats, weight: Floats, unknowns: Floats
 ) -> Floats:
     """Return the weighted conditions of n runs, and the priors; last comes the target.
 
     There is a prior for each unknown except I_zz.
     """
-    conditions = np.column_stack((plain, -misclosure))
+    conditions = np.column_stack((derivatives, -misclosure))
     weighted = weight[:, None] * conditions
     directions = np.eye(len(unknowns))[1:]
     priors = np.column_stack((directions, -unknowns[1:]))
@@ -730,15 +741,14 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     """Accept the end of an adjustment near its start [kg*m^2], or raise `NoFit`.
 
     If errors are proportional to the readings, I_zz, all torques and M0 can shrink
-    together at little cost. So a solution must converge, be positive, and keep the
-    readings.
+    together at little cost. So a solution must be positive, and keep the readings.
     """
     unknowns = adjusted.unknowns
     inertia = float(unknowns[0])
     is_finite = np.isfinite(unknowns).all()
     is_known = np.isfinite(adjusted.covariance).all()
-    if not (adjusted.converged and is_finite and is_known):
-        raise NoFit("the fit does not converge")
+    if not (is_finite and is_known):
+        raise NoFit(NO_CONVERGENCE)
     ratio = inertia / start
     if not inertia > 0 or not 1 / factor < ratio < factor:
         raise NoFit(

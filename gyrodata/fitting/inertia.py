@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator
-from contextlib import suppress
 from functools import cached_property, partial
 from operator import attrgetter, itemgetter
 
@@ -32,6 +31,7 @@ from gyrodata.fitting.adjustment import (
     NoFit,
     Problem,
     Start,
+    Widths,
 )
 from gyrodata.fitting.posterior import Posterior, chi2_tail
 from gyrodata.measurements import (
@@ -120,17 +120,6 @@ class Outlier(Struct, frozen=True):
     likeliest first. If the run is not certainly wrong, one at most."""
 
 
-class Widths(Struct, frozen=True):
-    """Widths of the errors that a log knows only roughly."""
-
-    scatter: float
-    """Factor s on the errors of single runs [1]."""
-    residual_torque: float | None
-    """Width of M0 [N*m]; None: the smallest torque."""
-    level: float = 0.0
-    """Width of the difference of M0 between weights [N*m]."""
-
-
 AS_STATED = Widths(1.0, None)
 """The stated widths, and an M0 as large as the smallest torque: for screening."""
 
@@ -144,9 +133,14 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """
 
     chi2: float
+    """Sum of the squares of the n residuals, of the shared errors and of b, each over
+    its stated standard uncertainty. M0 and its differences between days do not count:
+    their widths are no data. If the torques are equal, only M0 itself counts."""
     dof: int
+    """Number of runs in the fit, minus one for I_zz, one for each further day, and one
+    for M0 if it does not count in `chi2`."""
     widths: Widths
-    """Widths with which the runs were adjusted."""
+    """Widths with which the runs were adjusted, which `_at_widths` may have changed."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
@@ -374,33 +368,40 @@ def _fits_at_widths(
 
 
 def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
-    """Integrate over the widths, from the fits at the stated ones."""
-    kept = begun[0].adjusted.kept
-    answers = []
-    for result in begun:
-        # Integrate over the widths, adjust the runs at the typical ones, and integrate
-        # there again.
-        answer = integrate_at(result)
-        scatter, level, width = answer.typical_widths()
-        start = Start(*(answer.mean[:2] @ answer.weight).tolist())
-        tilted = result.adjusted.problem.tilted
-        problem = Problem(measured, tilted, level, width, scatter)
-        with suppress(NoFit):
-            adjusted = adjustment.adjust(problem, result.sense, start, width, kept)
-            widths = Widths(scatter, width, level)
-            result = replace(result, adjusted=adjusted, widths=widths)
-            answer = integrate_at(result)
-        answers.append((answer.evidence, result, answer))
-    answers.sort(key=itemgetter(0), reverse=True)
-    evidence, first, answer = answers[0]
-    least = evidence + math.log(ONE_SIGN)
-    for other_evidence, _, other in answers[1:]:
-        if other_evidence > least:
-            # The other sign of M0 is possible too.
-            first = replace(first, two_signs=True)
-            answer = posterior.mixed([answer, other])
+    """Integrate over the widths, from the fits at the stated ones: one for each sign.
+
+    The answer includes both signs of M0 if both are possible.
+    """
+    of_signs = [_at_typical_widths(measured, result) for result in begun]
+    of_signs.sort(key=lambda pair: pair[1].evidence, reverse=True)
+    likeliest, answer = of_signs[0]
+    least = answer.evidence + math.log(ONE_SIGN)
+    possible = [other for _, other in of_signs if other.evidence > least]
+    if len(possible) > 1:
+        likeliest = replace(likeliest, two_signs=True)
+        answer = posterior.mixed(possible)
     stated = min(begun, key=attrgetter("chi2"))
-    return replace(first, begun=stated, posterior=answer)
+    return replace(likeliest, begun=stated, posterior=answer)
+
+
+def _at_typical_widths(
+    measured: Measurements, begun: FitResult
+) -> tuple[FitResult, Posterior]:
+    """Integrate over the widths, adjust the runs at the typical ones, and integrate.
+
+    If the runs cannot be adjusted there, the first of both integrals is the answer.
+    """
+    answer = integrate_at(begun)
+    widths = answer.typical_widths()
+    start = Start(*(answer.mean[:2] @ answer.weight).tolist())
+    end = begun.adjusted
+    problem = Problem(measured, end.problem.tilted, widths)
+    try:
+        adjusted = adjustment.adjust(problem, begun.sense, start, end.kept)
+    except NoFit:
+        return begun, answer
+    result = replace(begun, adjusted=adjusted, widths=widths)
+    return result, integrate_at(result)
 
 
 def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
@@ -459,7 +460,12 @@ def _without_late_runs(
 def _at_widths(
     measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths
 ) -> FitResult:
-    """Adjust the runs at fixed widths."""
+    """Adjust the runs at fixed widths, or at others if they contain a large mistake.
+
+    The cheapest explanation of a very large mistake is that all spins are infinite,
+    because their errors are proportional, or that M0 cancels all torques. Larger errors
+    of single runs and a small M0 prevent this. The result contains its widths.
+    """
     width = widths.residual_torque
     if width is None:
         width = adjustment.lightest_torque(measured, kept)
@@ -468,19 +474,15 @@ def _at_widths(
     m0 = max(-width, min(start.residual_torque, width))
     start = replace(start, residual_torque=m0)
     try:
-        problem = Problem(measured, tilted, widths.level, width, widths.scatter)
-        adjusted = adjustment.adjust(problem, sense, start, width, kept)
+        problem = Problem(measured, tilted, widths)
+        adjusted = adjustment.adjust(problem, sense, start, kept)
     except NoFit:
-        # The cheapest explanation of a very large mistake is that all spins are
-        # infinite, because their errors are proportional, or that M0 cancels all
-        # torques. Larger errors of single runs and a small M0 prevent this.
-        off = adjustment.misfits(measured, start)[kept > 0]
-        factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
-        problem = Problem(measured, tilted, widths.level, width, factor)
-        width *= 0.1
-        widths = replace(widths, scatter=factor, residual_torque=width)
+        misfit = adjustment.misfits(measured, start)[kept > 0]
+        factor = max(widths.scatter, math.sqrt(np.mean(misfit**2)))
+        widths = replace(widths, scatter=factor, residual_torque=0.1 * width)
+        problem = Problem(measured, tilted, widths)
         astray = adjustment.ASTRAY
-        adjusted = adjustment.adjust(problem, sense, start, width, kept, astray)
+        adjusted = adjustment.adjust(problem, sense, start, kept, factor=astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
     is_separate = _separates_balance(measured, kept)

@@ -68,6 +68,7 @@ def fit_line(
     cov_x: ArrayLike | None = None,
     cov_y: ArrayLike | None = None,
     cov_xy: ArrayLike | None = None,
+    *,
     intercept: bool = True,
 ) -> LineFit:
     """Fit a straight line to points with errors in both variables and any covariance.

@@ -30,6 +30,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
+from gyrodata.fitting.adjustment import Widths
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -125,12 +126,12 @@ class Conditions(Struct, frozen=True):
     """Derivatives with respect to the difference of M0 of each weight [1/(N*m)], shape
     (n, J)."""
     days: Floats
-    """Derivatives with respect to the differences of M0 between D + 1 days, in the
-    width of M0, shape (n, D)."""
+    """Derivatives with respect to the differences of M0 between D + 1 days [1/(N*m)],
+    which have the width of M0, shape (n, D)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
-    """I_zz, M0 and b at the end of the fit, shape (3,)."""
+    """I_zz, M0 and b at the end of the fit, in the units `unit`, shape (3,)."""
     unit: Floats
     """Units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     runs: float
@@ -145,9 +146,9 @@ class Posterior(Struct, frozen=True):
     weight: Floats
     """Weight of each part, shape (N,); the sum is 1."""
     mean: Floats
-    """Mean of each part, shape (3, N)."""
+    """Mean of I_zz [kg*m^2], M0 [N*m] and b [s] in each part, shape (3, N)."""
     u: Floats
-    """Standard deviation of each part, shape (3, N)."""
+    """Standard deviations of the same, shape (3, N)."""
     factor: Floats
     """s of each part [1], shape (N,)."""
     width: Floats
@@ -161,11 +162,11 @@ class Posterior(Struct, frozen=True):
         """Compute the quantiles at `LEVELS` of I_zz, M0 or b, shape (5,)."""
         return _quantiles(self.weight, self.mean[number], self.u[number])
 
-    def typical_widths(self) -> tuple[float, float, float]:
-        """Return a typical s, v and width of M0: the weighted means of all parts."""
-        factor = math.exp(float(self.weight @ np.log(self.factor)))
-        width = math.exp(float(self.weight @ np.log(self.width)))
-        return factor, float(self.weight @ self.level), width
+    def typical_widths(self) -> Widths:
+        """Return a typical s, width of M0 and v: the weighted means of all parts."""
+        factor = math.exp(self.weight @ np.log(self.factor))
+        width = math.exp(self.weight @ np.log(self.width))
+        return Widths(factor, width, float(self.weight @ self.level))
 
     def chance_of_one_balance(self) -> float:
         """Return the probability that M0 is the same with every weight."""
@@ -252,9 +253,9 @@ class _Solution(Struct, frozen=True):
 
     log_likelihood: Floats
     both: Floats
-    """Mean."""
+    """Mean, minus the value at the end of the fit [1]."""
     m0: Floats
-    """Mean."""
+    """Mean, minus the value at the end of the fit [N*m]."""
     covariance: tuple[Floats, Floats, Floats]
     """Variance of `both`, covariance of both unknowns, variance of M0."""
     of_bias: tuple[Floats, ...]

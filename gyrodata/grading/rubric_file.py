@@ -66,7 +66,7 @@ class TomlFile:
         except ValidationError as error:
             fault, place = _explained(error, kind, path, values)
             spot = _spot(self.text, place)
-            raise error_at(fault, self.name, self.text, *spot) from None
+            raise error_at(fault, self.name, self.text, spot) from None
 
 
 def _explained(

@@ -260,7 +260,7 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
         ):
             changed = {"time": measured.time - late, "timing_bias_u": 0.0}
             yield lab.change(name, f"times {LATE:g} s too {how}", changed)
-    yield from _other_balances(lab)
+    yield from _other_balance_lines(lab)
     yield from _without_each_weight(lab)
 
 
@@ -287,8 +287,8 @@ def _without_each_weight(lab: Lab) -> Iterator[Change]:
         )
 
 
-def _other_balances(lab: Lab) -> Iterator[Change]:
-    """List what else the log could say of the balance."""
+def _other_balance_lines(lab: Lab) -> Iterator[Change]:
+    """Suppose that the log has another line about the balance: "# balanced: yes"."""
     measured = lab.measured
     if not measured.balanced:
         yield lab.change(
@@ -752,8 +752,8 @@ def choose_model(
     fits = fits or _fits(measured)
     runs = fitting.timed_runs(measured)
     stated = models.stated_or_asked(model, runs)
-    silent = [candidate for candidate in MODELS if candidate.is_silent(runs)]
-    if model != AUTO or not (stated.models or silent):
+    is_silent = any(each.is_silent(runs) for each in MODELS)
+    if model != AUTO or not (stated.models or is_silent):
         return stated
     try:
         lab = fits(Motion())
@@ -761,13 +761,9 @@ def choose_model(
     except fitting.NoFit:
         # It is unknown what could be left out.
         return stated
-    offered = stated
-    for each in silent:
-        if each.is_possible(top, runs):
-            offered = offered.including(each)
-    motion = needed_models(lab, offered)
-    for each in set(silent).intersection(motion.models):
-        if _is_contradicted(fits, motion, each, measured):
+    motion = needed_models(lab, models.offered(stated, top, runs))
+    for each in motion.models:
+        if each.is_silent(runs) and _is_contradicted(fits, motion, each, measured):
             motion = motion.without(each.effect)
     return motion
 

@@ -109,7 +109,7 @@ def of_run(
             yield Correction(
                 (index,),
                 words + cell.words.format(old=written(column, index)),
-                COMMON[cell.kind] * _unusual(column, usual, index, cell.value),
+                COMMON[cell.kind] * _rarity(column, usual, index, cell.value),
                 measure(_with_readings(readings, changed)),
             )
 
@@ -258,10 +258,13 @@ def _range_of(column: Column, kept: Sequence[int]) -> tuple[float, float]:
     return min(values, default=0.0) / WIDER, max(values, default=math.inf) * WIDER
 
 
-def _unusual(
+def _rarity(
     column: Column, usual: tuple[float, float], index: int, value: float
 ) -> float:
-    """Return a factor on the probability of a value, for its size."""
+    """Return the factor on the probability of a value for its size: `UNUSUAL` or 1.
+
+    It is the inverse if the value that was written is the unusual one.
+    """
     low, high = usual
     before = abs(column.values[index] or 0.0)
     is_out = not low < abs(value) < high

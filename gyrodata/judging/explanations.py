@@ -477,14 +477,14 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     load = load_words(measured, runs[0])
     count = len(runs)
     number = "both" if count == 2 else f"all {count}"
-    words = f"{number} runs of {load} would agree with the others if "
+    cause = " or ".join(causes[:MOST_SHOWN])
+    words = f"{number} runs of {load} would agree with the others if {cause}"
     reason = f"the mass or the position of {load} is wrong"
     outliers = []
     for run in runs:
         deviation = float(fit.deviations[run])
         outliers.append(Outlier(run, deviation, slip=True, cells=(reason,)))
     wrong = tuple(runs)
-    words += " or ".join(causes[:MOST_SHOWN])
     return Hypothesis(
         "weight", words, evidence, wrong, fit, WEIGH_AGAIN, tuple(outliers)
     )

@@ -4,14 +4,17 @@ A check uses a log and its fit (`JudgedLab`) and returns findings: diagnostics w
 severity, a place, words and a remedy. A finding with a kind of `doubt` means that the
 answer is not safe to quote. Terminal, page, `gyro check`, grading and JSON select from
 these findings and make none of their own.
+
+One cause has many symptoms: `SILENCED_BY`, at the end, lists for each check the causes
+with which it is silent. `gyrodata.analysis` calls `run_checks`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from msgspec.structs import replace
@@ -68,16 +71,9 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
         """Fill in a message about a place of the log."""
         return self.readings.say(name, place, **values)
 
-    @property
-    def contradicts_itself(self) -> bool:
-        """Whether the runs scatter so much that other findings mean nothing."""
-        return self.fit.widths.scatter > CONTRADICTING
-
 
 def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Name each outlier, unless an explanation says more."""
-    if _is_explained(lab):
-        return
+    """Name each outlier."""
     without = lab.without_outliers
     kept = ""
     if without:
@@ -133,17 +129,22 @@ def _is_balance_change(lab: JudgedLab) -> bool:
     return is_change and lab.fit.widths.scatter < MUCH_SCATTER
 
 
+def _contradicts_itself(lab: JudgedLab) -> bool:
+    """Return whether the runs scatter so much that other findings mean nothing."""
+    return lab.fit.widths.scatter > CONTRADICTING
+
+
+def _contradiction(lab: JudgedLab) -> Iterator[Diagnostic]:
+    """Say that the runs contradict each other."""
+    if _contradicts_itself(lab):
+        yield lab.say("runs_contradict_each_other", scatter=lab.fit.widths.scatter)
+
+
 def _scatter(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Say that the runs scatter more than stated, or contradict each other."""
-    fit = lab.fit
-    if lab.contradicts_itself:
-        factor = fit.widths.scatter
-        yield lab.say("runs_contradict_each_other", scatter=factor)
-        return
+    """Say that the runs scatter more than stated."""
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
-    is_unlikely = fit.p < fitting.UNLIKELY
-    if is_unlikely and not (_is_balance_change(lab) or _is_explained(lab)):
+    if lab.fit.p < fitting.UNLIKELY:
         yield _say_scatter(lab)
 
 
@@ -186,10 +187,8 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     within each weight, whose size is uncertain.
     """
     chance = lab.fit.chance_of_one_balance
-    kinds = [each.kind for each in lab.explanations]
-    is_other = bool(kinds) and "balance" not in kinds
     limit = EVEN if _can_show_weights(lab) else ONE_BALANCE
-    if lab.contradicts_itself or is_other or chance >= limit:
+    if chance >= limit:
         return
     level = f"{1e3 * lab.fit.widths.level:.2g}"
     values = {"level": "", "u": ""}
@@ -232,7 +231,7 @@ def _chance_without(lab: JudgedLab, runs: Sequence[int]) -> float:
 def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report days or groups that do not have the same I_zz."""
     agreement = lab.agreement
-    if lab.contradicts_itself or agreement is None or agreement.p > DISAGREE:
+    if agreement is None or agreement.p > DISAGREE:
         return
     values = {
         block.name: f"{1e3 * inertia.value:.4g} ± {1e3 * (inertia.u or 0.0):.2g}"
@@ -255,6 +254,12 @@ def _is_explained(lab: JudgedLab) -> bool:
     """Return whether `_explanations` says why the runs do not agree."""
     kinds = [each.kind for each in lab.explanations]
     return len(kinds) > 1 or bool({*kinds}.difference(OTHER_MESSAGES))
+
+
+def _is_not_the_balance(lab: JudgedLab) -> bool:
+    """Return whether something else than the balance explains the runs."""
+    kinds = [each.kind for each in lab.explanations]
+    return bool(kinds) and "balance" not in kinds
 
 
 def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -283,8 +288,6 @@ def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report a period that is not in proportion to the spin."""
     fit = lab.fit
     exponent = lab.exponent
-    if lab.contradicts_itself or _is_explained(lab):
-        return
     if exponent is None or fit.dof < 2:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
@@ -381,7 +384,7 @@ def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     lightest = fitting.lightest_torque(lab.measured, lab.fit.adjusted.kept)
     uncertain = min(2 * u, 2 * lightest)
     is_small = abs(m0) <= max(POOR_BALANCE * lightest, uncertain)
-    if lab.measured.balanced is False or is_small or lab.contradicts_itself:
+    if lab.measured.balanced is False or is_small:
         return
     share = abs(m0) / lightest
     poor = lab.say(
@@ -455,8 +458,25 @@ MUCH_BETTER = 0.88
 the rounding is then a quarter of u²."""
 
 
-def _silent_effects(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report what the log does not say of the motion, and how much it matters."""
+def _unused_effects(lab: JudgedLab) -> Iterator[Diagnostic]:
+    """Report effects of a silent log that are too large to be left out, but are."""
+    for effect, (_, name) in _effects_of_silence(lab):
+        if not effect.kept and (effect.size or 0.0) > DROP_ONE:
+            yield _say_effect(lab, effect, name)
+
+
+def _assumed_effects(lab: JudgedLab) -> Iterator[Diagnostic]:
+    """Report effects of a silent log that the fit assumes."""
+    for effect, (name, _) in _effects_of_silence(lab):
+        if effect.kept:
+            yield _say_effect(lab, effect, name)
+
+
+def _effects_of_silence(lab: JudgedLab) -> Iterator[tuple[Effect, tuple[str, str]]]:
+    """List what the log does not say of the motion, with the names of two messages.
+
+    They are for an effect that is assumed, and for one that is not used.
+    """
     # The tachometer belongs to no model.
     messages = {"tachometer": ("", "tachometer_not_told")}
     for model in MODELS:
@@ -464,19 +484,14 @@ def _silent_effects(lab: JudgedLab) -> Iterator[Diagnostic]:
             messages[model.effect] = model.messages
     for effect in lab.effects:
         if effect.bias and effect.effect in messages:
-            yield from _say_effect(lab, effect, *messages[effect.effect])
+            yield effect, messages[effect.effect]
 
 
-def _say_effect(
-    lab: JudgedLab, effect: Effect, is_assumed: str, is_not_used: str
-) -> Iterator[Diagnostic]:
-    """Report an effect: assumed, or not used although it is too large to be left out."""
-    is_large = (effect.size or 0.0) > DROP_ONE and not lab.contradicts_itself
-    if effect.kept or is_large:
-        name = is_assumed if effect.kept else is_not_used
-        bias = effect.bias or 0.0
-        direction = "high" if bias > 0 else "low"
-        yield lab.say(name, off=100 * abs(bias), direction=direction)
+def _say_effect(lab: JudgedLab, effect: Effect, name: str) -> Diagnostic:
+    """Report an effect, and how much it changes I_zz; `name` is that of the message."""
+    bias = effect.bias or 0.0
+    direction = "high" if bias > 0 else "low"
+    return lab.say(name, off=100 * abs(bias), direction=direction)
 
 
 NO_MOTOR = 0.7
@@ -599,13 +614,16 @@ def _causes_of_difference(lab: JudgedLab, ball: Ball) -> str:
     return "".join([f"{cause}; " for cause in causes])
 
 
-def _ball_differs(lab: JudgedLab, ball: Ball) -> Iterator[Diagnostic]:
+def _ball_differs(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an I_zz that is near the value for a well known ball, but differs from it.
 
     The value for the ball is not within the uncertainty.
     """
+    ball = lab.ball
+    if ball is None or not _well_known(ball, lab.fit.inertia):
+        return
     deviation = ball.deviation or 0.0
-    if abs(deviation) < DIFFERS or not _well_known(ball, lab.fit.inertia):
+    if abs(deviation) < DIFFERS:
         return
     side = "above" if deviation > 0 else "below"
     percent = 100 * abs(ball.relative)
@@ -642,7 +660,7 @@ def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
 def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an I_zz that is impossible for the ball or disk, or in this lab."""
     ball = lab.ball
-    if ball is not None and _is_far(ball):
+    if _is_far(ball):
         yield _ball_disagrees(lab, ball)
     elif _is_unusual(lab):
         low, high = INERTIA_RANGE
@@ -650,21 +668,9 @@ def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
         yield lab.say("inertia_unusual", inertia=value, low=low, high=high)
 
 
-def _other_body(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report an I_zz that differs from the ball, or columns that are not usual."""
-    ball = lab.ball
-    if any(_body(lab)):
-        return
-    if ball is not None and not lab.contradicts_itself:
-        yield from _ball_differs(lab, ball)
-    # With a ball in the log, I_zz itself is checked.
-    elif not lab.unusual_sizes and lab.readings.constants.get("ball_mass") is None:
-        yield from _unusual(lab)
-
-
-def _is_far(ball: Ball) -> bool:
+def _is_far(ball: Ball | None) -> TypeGuard[Ball]:
     """Return whether I_zz is impossible for a ball, and not only by its uncertainty."""
-    if FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL:
+    if ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL:
         return False
     return abs(ball.deviation or math.inf) > FAR_IN_U
 
@@ -675,10 +681,27 @@ def _is_unusual(lab: JudgedLab) -> bool:
     return not lab.unusual_sizes and not low <= abs(lab.fit.inertia.value) <= high
 
 
+def _is_odd_body(lab: JudgedLab) -> bool:
+    """Return whether I_zz is impossible, so that `_body` reports it."""
+    return _is_far(lab.ball) or _is_unusual(lab)
+
+
+def _is_known_body(lab: JudgedLab) -> bool:
+    """Return whether I_zz itself can be compared with that of a ball or disk."""
+    has_ball = lab.readings.constants.get("ball_mass") is not None
+    return has_ball or (lab.ball is not None and not _contradicts_itself(lab))
+
+
+def _has_odd_sizes(lab: JudgedLab) -> bool:
+    """Return whether a question about sizes was asked before the fit."""
+    return bool(lab.unusual_sizes)
+
+
 Check = Callable[[JudgedLab], Iterable[Diagnostic]]
 
 CHECKS: tuple[Check, ...] = (
     _outliers,
+    _contradiction,
     _scatter,
     _weights_disagree,
     _blocks_disagree,
@@ -690,13 +713,42 @@ CHECKS: tuple[Check, ...] = (
     _falling_mass,
     _direction,
     _digits,
-    _silent_effects,
+    _unused_effects,
+    _assumed_effects,
     _body,
-    _other_body,
+    _ball_differs,
+    _unusual,
 )
 """Every check of a log that has been fitted, in the order in which the findings are
 shown."""
 
-OF_FIT = tuple([check for check in CHECKS if check not in (_deviations, _other_body)])
-"""The checks that a grade shows: not those of the law of the period, and of columns
-that are possible but not usual."""
+NOT_OF_FIT = (_deviations, _ball_differs, _unusual)
+
+OF_FIT = tuple([check for check in CHECKS if check not in NOT_OF_FIT])
+"""The checks that a grade shows: not those of the law of the period, of a small
+difference from the ball, and of columns that are possible but not usual."""
+
+Cause = Callable[[JudgedLab], bool]
+
+SILENCED_BY: Mapping[Check, tuple[Cause, ...]] = {
+    _outliers: (_is_explained,),
+    _scatter: (_contradicts_itself, _is_explained, _is_balance_change),
+    _weights_disagree: (_contradicts_itself, _is_not_the_balance),
+    _blocks_disagree: (_contradicts_itself,),
+    _deviations: (_contradicts_itself, _is_explained),
+    _large_residual_torque: (_contradicts_itself,),
+    _unused_effects: (_contradicts_itself,),
+    _ball_differs: (_contradicts_itself, _is_odd_body),
+    _unusual: (_is_known_body, _is_odd_body, _has_odd_sizes),
+}
+"""The causes with which a check is silent, because another finding is about them."""
+
+
+def run_checks(lab: JudgedLab, checks: Iterable[Check]) -> list[Diagnostic]:
+    """List the findings of some checks, without those that a cause silences."""
+    findings: list[Diagnostic] = []
+    for check in checks:
+        causes = SILENCED_BY.get(check, ())
+        if not any(cause(lab) for cause in causes):
+            findings += check(lab)
+    return findings

@@ -81,17 +81,17 @@ def recommend(
         motion = changes.choose_model(measured, model)
         tilted = motion.tilted
         runs, outliers = _screen(measured, motion)
-        base = None
+        fit = None
         with suppress(NoFit):
-            base = fitting.fit(runs, tilted=tilted)
+            fit = fitting.fit(runs, tilted=tilted)
         diagnosis = Diagnosis()
-        if not _agrees(base, outliers):
-            diagnosis = explanations.diagnose(readings, runs, tilted, base, outliers)
+        if not _agrees(fit, outliers):
+            diagnosis = explanations.diagnose(readings, runs, tilted, fit, outliers)
         _refuse_wrong_counts(readings, diagnosis.explanations)
         left_out = () if keep_flagged else diagnosis.left_out
-        if left_out or base is None:
-            base = fitting.fit(runs, tilted=tilted, left_out=left_out)
-        lab = Lab(readings, runs, base, motion, left_out, asked=model != AUTO)
+        if left_out or fit is None:
+            fit = fitting.fit(runs, tilted=tilted, left_out=left_out)
+        lab = Lab(readings, runs, fit, motion, left_out, asked=model != AUTO)
         suspected = tuple([outlier.index for outlier in diagnosis.outliers])
         without = None
         if suspected and suspected != left_out:

@@ -25,19 +25,19 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     """Name the released run with the largest sag, if the sag is too large for a fit."""
     loaded = select(measured, np.flatnonzero(measured.torque).tolist())
     runs = fitting.timed_runs(loaded)
-    own = loaded.single_inertia
+    of_run = loaded.single_inertia
     # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
     # The mean rate of the exact motion gives a better one. If no I_zz agrees, it would
     # become smaller without limit.
-    inertia = own
+    inertia = of_run
     for _round in range(8):
         slowing, _ = Motion((RELEASED,)).correction(_tops(loaded, inertia), runs)
-        inertia = np.fmax(own / slowing, own / 10)
+        inertia = np.fmax(of_run / slowing, of_run / 10)
     usual = fitting.median(inertia)
-    top = _tops(loaded, np.full(len(own), usual))
+    top = _tops(loaded, np.full(len(of_run), usual))
     spin = conserved_spin(top, runs)
     across = top.transverse_inertia
-    sag = physics.greatest_sag(top.torque, spin, usual, across, loaded.pitch)
+    sag = physics.sag_size(top.torque, spin, usual, across, loaded.pitch)
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
     ratio = fitting.transverse_inertia(loaded) / fitting.rough_inertia(loaded)
     if sag.max() < FALLEN or ratio.min() < 1 / 3 or ratio.max() > 10:
@@ -73,9 +73,9 @@ def refusal(
     if keep_flagged:
         return readings.say("no_inertia_with_flagged", why=why)
     groups = [group for group in measured.by_torque if measured.torque[group[0]]]
-    own = measured.single_inertia
-    low = own[own > 0].min()
-    high = own.max()
+    of_run = measured.single_inertia
+    low = of_run[of_run > 0].min()
+    high = of_run.max()
     across = np.median(fitting.transverse_inertia(measured))
     is_stated = measured.transverse_inertia is not None
     if is_stated and not low / 3 < across < 10 * high:
@@ -87,7 +87,7 @@ def refusal(
             "no_inertia_with_uncertainties", why=why, low=low, high=high
         )
     each = [
-        f"{load_words(measured, group[0])}: {fitting.median(own[group]):.2g}"
+        f"{load_words(measured, group[0])}: {fitting.median(of_run[group]):.2g}"
         for group in groups
     ]
     clock = RUNNING_CLOCK * _times_grow(measured)

@@ -176,7 +176,10 @@ def torque_table(
     fit: FitResult,
     groups: list[list[int]],
 ) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque."""
+    """Constancy of φ̇ψ̇ for each torque, from its runs in the fit: `groups`.
+
+    If all runs of a torque are left out, they are used here.
+    """
     torques = []
     for number, group in enumerate(measured.by_torque):
         first = group[0]

@@ -115,11 +115,13 @@ def sources_of(readings: Readings, measured: Measurements) -> tuple[Source, ...]
     """
     if measured.one_block:
         return tuple(list_sources(readings, measured))
-    files = _files(readings)
     of_file = np.array([readings.file_of(line) for line in readings.lines])
-    stated = [_stated_in(file, readings, measured) for file in files]
+    stated = [_stated_in(file, readings, measured) for file in _files(readings)]
     names = dict.fromkeys(chain.from_iterable(stated))
-    sources = [_of_files(name, stated, of_file) for name in names]
+    sources = []
+    for name in names:
+        versions = [by_name.get(name) for by_name in stated]
+        sources.append(_merged(versions, of_file))
     return tuple([_divided(each, readings, of_file, measured) for each in sources])
 
 
@@ -141,23 +143,24 @@ def _stated_in(
     return {source.name: source for source in list_sources(as_stated, measured)}
 
 
-def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> Source:
-    """Return a source with the size that the file of each run states.
+def _merged(versions: list[Source | None], of_file: Integers) -> Source:
+    """Merge what each file states of one source; None: the file has no such error.
 
-    Two statements are about two instruments, so that files have their own errors.
+    Files that state the same share the error. Two statements are about two instruments:
+    then each file has its own error, with the size that it states.
     """
-    known = [sources[name] for sources in stated if name in sources]
+    known = [version for version in versions if version]
     first = known[0]
-    sizes = [_sizes(source) for source in known]
-    is_alike = all(np.array_equal(sizes[0], other) for other in sizes)
-    if is_alike and len(known) == len(stated):
+    sizes = _sizes(first)
+    is_alike = all(np.array_equal(sizes, _sizes(other)) for other in known)
+    if is_alike and len(known) == len(versions):
         return first
-    whole = np.zeros_like(sizes[0])
+    whole = np.zeros_like(sizes)
     whole[2] = -1
-    for number, sources in enumerate(stated):
-        if name in sources:
+    for number, version in enumerate(versions):
+        if version:
             runs = of_file == number
-            whole[:, runs] = _sizes(sources[name])[:, runs]
+            whole[:, runs] = _sizes(version)[:, runs]
     absolute, relative, groups = whole
     keys = zip(of_file.tolist(), groups.tolist(), strict=True)
     return replace(

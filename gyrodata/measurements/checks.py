@@ -35,7 +35,7 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     timing = timing_column(readings.columns)
     return [
         *_find_contradictions(readings, measured),
-        *_find_unheard(readings, measured),
+        *_find_unused_uncertainties(readings, measured),
         *_find_copies(readings, measured, timing),
     ]
 
@@ -119,7 +119,9 @@ def _means_of_cells(
 # --- uncertainties without an effect ---
 
 
-def _find_unheard(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
+def _find_unused_uncertainties(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
     """Name every stated ``u_…`` without an effect and its reason, if not zero."""
     used = _used_without_source(readings, measured)
     sizes = _sizes_of_errors(readings, measured)

@@ -26,9 +26,15 @@ from gyrodata.measurements.sources import (
     values_of,
 )
 from gyrodata.physics import Floats, Integers
-from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
+from gyrodata.quantities.error_sources import (
+    DEFAULT_TRANSVERSE_RATIO,
+    LATE,
+    SOURCES,
+    WHOLE,
+)
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Readings
+from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import listing
 
 
@@ -117,6 +123,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     measured; None without a column."""
     drag: Drag | None = None
     """How fast the spin falls; None if the log does not show it."""
+    delay: Floats | None = None
+    """How long after the middle of each run the spin was read [s], on average; negative
+    if it was read before the run. None unless it was read once in each run."""
     delay_factor: Floats | None = None
     """By what the fit multiplies the spins, because they were read late or early [1];
     None without a delay."""
@@ -431,7 +440,7 @@ def _spins(
     """
     used = spin_columns(readings)
     if len(used) == 1:
-        return _spins_read_once(readings, used, time, drag)
+        return _spins_read_once(readings, used[0], time, drag)
     spins = list(map(as_spin, used))
     start = spins[0]
     end = spins[-1]
@@ -450,16 +459,17 @@ def _spins(
 
 
 def _spins_read_once(
-    readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None
+    readings: Readings, column: Column, time: Floats, drag: Drag | None
 ) -> dict[str, Any]:
     """Compute the mean spin of runs in which it was read once.
 
     It was read in the middle of the run, later, or before the run.
     """
-    spin = as_spin(used[0])
-    if not parts.read_once(used):
+    spin = as_spin(column)
+    if max(column.spots, default=-1) < 0:
+        # One spin for the whole log was never read at a midpoint.
         return {"spin": spin}
-    delay = parts.reading_delay(readings, used, time)
+    delay = _reading_delay(readings, column, time)
     rate: Floats | float = parts.USUAL_RATE
     if drag is not None:
         rate = drag.at(spin)
@@ -469,7 +479,20 @@ def _spins_read_once(
         part = 1 - excess
         spin = spin * part
     factor = np.exp(delay * rate)
-    return {"spin": spin, "delay_factor": factor if delay.any() else None}
+    is_late = delay.any()
+    return {"spin": spin, "delay": delay, "delay_factor": factor if is_late else None}
+
+
+def _reading_delay(readings: Readings, column: Column, time: Floats) -> Floats:
+    """Return how long after the middle of each run a spin was read [s], shape (n,).
+
+    A header such as "spin at start" says that it was read before the run. A log that
+    states how uncertain the delay is has no delay on average.
+    """
+    if column.role == "spin" and "spin_start" in parse_header(column.header).roles:
+        return -time / 2
+    is_stated = "u_spin_delay" in readings.uncertainties
+    return np.full(len(time), 0.0 if is_stated else LATE)
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:

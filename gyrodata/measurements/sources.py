@@ -27,7 +27,6 @@ from gyrodata.quantities.error_sources import (
 )
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
-from gyrodata.readings.headers import parse_header
 from gyrodata.readings.roles import stated_u
 
 if TYPE_CHECKING:
@@ -151,7 +150,9 @@ def _transverse_source(readings: Readings) -> Source:
     column = columns.get("transverse_inertia") or columns.get("nutation_period")
     if column is None:
         words = f"{100 * TRANSVERSE_U:g} %"
-        return _source("transverse_inertia", every, 0.0, TRANSVERSE_U, True, words)
+        return _source(
+            "transverse_inertia", every, 0.0, TRANSVERSE_U, True, usual=words
+        )
     size = SOURCES["transverse_inertia"].default.relative
     if column.stated:
         size = float(_stated_shares(column).max())
@@ -193,28 +194,6 @@ def _diameter_source(column: Column, mass: Floats) -> Source:
     return _source("weight_diameter", number_groups(across, doubt), 0.0, doubt, False)
 
 
-def read_once(used: tuple[Column, ...]) -> bool:
-    """Return whether the spin was read once in each run.
-
-    One spin for the whole log was never read at a midpoint.
-    """
-    return len(used) == 1 and max(used[0].spots, default=-1) >= 0
-
-
-def reading_delay(readings: Readings, used: tuple[Column, ...], time: Floats) -> Floats:
-    """Return how long after the middle of each run the spin was read [s], shape (n,).
-
-    This is the average delay of the only reading of the spin.
-
-    It is negative if the spin was read before each run, by its header. A log that
-    states how uncertain the delay is has no delay on average.
-    """
-    if used[0].role == "spin" and "spin_start" in parse_header(used[0].header).roles:
-        return -time / 2
-    is_stated = "u_spin_delay" in readings.uncertainties
-    return np.full(len(time), 0.0 if is_stated else LATE)
-
-
 USUAL_RATE = 1 / DECAY_TIME
 """Relative fall of the spin in a second if the log does not show it [1/s]: the median
 of its distribution."""
@@ -248,7 +227,7 @@ def _spin_sources(readings: Readings) -> Iterator[Source]:
         any_default |= default
     groups = number_groups(list(zip(*[column.spots for column in used], strict=True)))
     usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
-    yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual)
+    yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual=usual)
     yield _of_whole_log(readings, "spin_scale")
 
 
@@ -298,10 +277,10 @@ def _falling_spin_sources(
         u = law.at(1.0) if drag is None else drag.u_exponent
         doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
         yield _source("decay_exponent", every, 0.0, doubt, law_default)
-    if not read_once(used):
+    delay = measured.delay
+    if delay is None:
         return
     size, default = stated_or_default(readings, "spin_delay")
-    delay = reading_delay(readings, used, measured.time)
     if drag is None:
         doubt = usual_fall_u(delay, size.absolute)
         yield _source("spin_delay", every, 0.0, doubt, default)
@@ -314,7 +293,7 @@ def _falling_spin_sources(
     words = (
         f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
     )
-    yield _source("spin_delay", every, 0.0, of_rate, default, words)
+    yield _source("spin_delay", every, 0.0, of_rate, default, usual=words)
     yield _source("decay_exponent", every, 0.0, of_law, law_default)
 
 
@@ -355,6 +334,10 @@ def _errors_beside_time(
     return absolute / values * time, relative, False
 
 
+TWO_ENDS = math.sqrt(2)
+"""Error of an angle with two sighted ends over the error of each of them [1]."""
+
+
 def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
     """List the errors of the timed angles.
 
@@ -369,10 +352,10 @@ def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Sourc
     by_default = part.copy()
     of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
-        # A line for the whole log is about one end, as the default; the uncertainty of
-        # a single cell is all of it.
-        ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
-        absolute[i] = ends * u.absolute / per_turn
+        # "# u_angle: 1 deg" is about one end of a part of a turn, "120 ± 1" in a cell
+        # about the angle itself, as the default.
+        factor = TWO_ENDS * part[i] if u == of_one_end else 1.0
+        absolute[i] = factor * u.absolute / per_turn
         relative[i] = u.relative
         by_default[i] = False
     if absolute.any() or relative.any():
@@ -451,9 +434,13 @@ def _source(
     absolute: Any,
     relative: Any,
     default: bool,
+    *,
     usual: str | None = None,
 ) -> Source:
-    """Create a source of the table, with one size of its errors or one for each run."""
+    """Create a source of the table, with one size of its errors or one for each run.
+
+    `usual` describes its default if this log has another one than the table.
+    """
     kind = SOURCES[key]
     nothing = np.zeros(len(groups))
     words = kind.usual if usual is None else usual
@@ -488,7 +475,7 @@ def _of_whole_log(
         used.absolute,
         used.relative,
         default,
-        words,
+        usual=words,
     )
 
 

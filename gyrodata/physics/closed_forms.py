@@ -333,16 +333,17 @@ def sleeping_growth(
 # --- a rod released from rest ---
 
 
-def greatest_sag(
+def sag_size(
     torque: ArrayLike,
     spin: ArrayLike,
     inertia: ArrayLike,
     transverse_inertia: ArrayLike,
     pitch: ArrayLike,
 ) -> Any:
-    """Angle [rad] from the direction of a rod at its release to its lowest direction.
+    """Size of the greatest sag of a rod that is released from rest [rad], above 0.
 
-    If the torque is negative, it is the angle to the highest direction.
+    It is the angle from the direction at the release to the lowest one, or to the
+    highest one if the torque is negative. (`motion.Nutation` has sags with a sign.)
 
     Energy and angular momentum are conserved: with z the sine of the pitch, from z0 on,
     it turns back at 2δ (1 − z²) = z0 − z.
@@ -367,7 +368,7 @@ def spin_of_sag(
     transverse_inertia: ArrayLike,
     pitch: ArrayLike,
 ) -> Any:
-    """Spin [rad/s] at which a released rod sags by an angle; see `greatest_sag`."""
+    """Spin [rad/s] at which a released rod sags by an angle; see `sag_size`."""
     high = np.sign(torque) * np.sin(pitch)
     low = np.sin(np.arcsin(high) - sag)
     pull = np.multiply(transverse_inertia, np.abs(torque))

@@ -28,10 +28,9 @@ assumed
 slowing
     The rate by the equation in the fit, over the mean rate of the model.
 
-The *start* is how the rod began to move, the line ``# motion:`` of the log: "steady"
-(it was guided until it precessed steadily) or "released" (from rest). It is one fact
-that models ask for, and not the model "steady", which is eq. (8): the start "steady"
-belongs to `Horizontal`, and is that of every fit without another start.
+The *start* is how the rod began to move, the line ``# motion:`` of the log: `GUIDED` or
+`FROM_REST`. It is one fact that models ask for. A guided rod needs no correction, so
+that this start belongs to `Horizontal`.
 """
 
 from __future__ import annotations
@@ -47,15 +46,21 @@ from gyrodata.physics import (
     EARTH_ROTATION,
     Floats,
     click_error,
-    greatest_sag,
     harmonic_mean_spin,
     precession_rate,
+    sag_size,
 )
 from gyrodata.physics.motion import (
     Top,
     mean_precession_rate,
     total_spin,
 )
+
+GUIDED: Final = "steady"
+FROM_REST: Final = "released"
+"""The words of the line ``# motion:`` for a rod that was guided until it precessed
+steadily, and for one that was released from rest: how a rod began to move. The model
+"steady" is something else, eq. (8)."""
 
 ModelName = Literal["auto", "horizontal", "steady", "released"]
 """The names that a user can choose from, for type checkers; `names` lists them."""
@@ -135,8 +140,7 @@ class MotionModel(Struct, frozen=True):
     effect_words: ClassVar[str] = ""
     """The effect for users."""
     start: ClassVar[str] = ""
-    """What the line ``# motion:`` says of such a rod: "steady" there is a way to start,
-    and not the model "steady", which is eq. (8)."""
+    """What the line ``# motion:`` says of such a rod: `GUIDED` or `FROM_REST`."""
     tilted: ClassVar[bool] = False
     """True if the fit uses eq. (8) with each run's pitch, not eq. (9)."""
     sags: ClassVar[bool] = False
@@ -220,7 +224,7 @@ class Horizontal(MotionModel, frozen=True):
 
     name = "horizontal"
     words = "eq. (9), a level rod"
-    start = "steady"
+    start = GUIDED
 
     def is_corrected(self, runs: TimedRuns) -> bool:
         """Return False: the fit contains eq. (9)."""
@@ -288,7 +292,7 @@ class Released(MotionModel, frozen=True):
     words = "the mean rate of a rod released from rest"
     effect = "release"
     effect_words = "nutation after letting go"
-    start = "released"
+    start = FROM_REST
     sags = True
     source_words = {
         "nutation": "nutation at the last button press",
@@ -349,7 +353,7 @@ def _released_sag(top: Top, runs: TimedRuns, spin: Floats) -> Floats:
     """Compute the greatest sag of rods released from rest [rad]; 0 without a torque."""
     across = top.transverse_inertia
     with np.errstate(divide="ignore", invalid="ignore"):
-        sag = greatest_sag(top.torque, spin, top.inertia, across, runs.pitch)
+        sag = sag_size(top.torque, spin, top.inertia, across, runs.pitch)
     return np.where(top.torque != 0, sag, 0.0)
 
 
@@ -367,8 +371,9 @@ and all of the effect are 1.25 u away."""
 class Pushed(Released, frozen=True):
     """A rod that is released with an unknown push: the start of a silent log.
 
-    Its name is that of a released rod. A push lessens the sag, so that no log is
-    refused because of it.
+    It has the name and the effect of `Released`, which is before it in `MODELS` and so
+    stands for both: a user who asks for "released", and the table of effects, get a rod
+    without a push. A push lessens the sag, so that no log is refused because of it.
     """
 
     words = "half the effect of a release from rest, for a light push"
@@ -482,9 +487,8 @@ EARTH = Earth()
 
 MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
 """Every model of motion, in the order of the table of effects. The first one is the
-equation of the fit without a correction. RELEASED and PUSHED have the same effect and
-the same name: the first of them gives the size of the effect, and is meant by the name.
-"""
+equation of the fit without a correction. Of models with one name, or one effect, the
+first stands for it."""
 
 
 def ratio(steady: Floats, mean: Floats) -> Floats:
@@ -608,6 +612,15 @@ def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
         if model in stated and not (model.start and chosen.start)
     ]
     return Motion((*simpler, chosen))
+
+
+def offered(stated: Motion, top: Top, runs: TimedRuns) -> Motion:
+    """Add the possible models of a log that is silent about them to the stated ones."""
+    motion = stated
+    for model in MODELS:
+        if model.is_silent(runs) and model.is_possible(top, runs):
+            motion = motion.including(model)
+    return motion
 
 
 def names() -> tuple[str, ...]:

@@ -23,7 +23,7 @@ trapezoidal rule has an error near the last digit also for rods close to the ver
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -162,25 +162,26 @@ def split(
     after_kicks = [*turns[1:-1], turns[-1] + turns[0]]
     pairs = list(zip(kicks, after_kicks, strict=True))
     # Python's floats are ten times faster than arrays of three numbers.
-    x, y, z = state.axis.tolist()
     hx, hy, hz = state.momentum.tolist()
-    x, y, z = _turned(x, y, z, hx, hy, hz, turns[0])
+    axis = _turned(state.axis.tolist(), (hx, hy, hz), turns[0])
     for _ in range(steps):
         for kick, turn in pairs:
-            hx = hx - kick * y
-            hy = hy + kick * x
-            x, y, z = _turned(x, y, z, hx, hy, hz, turn)
-    axis = _turned(x, y, z, hx, hy, hz, -turns[0])
+            hx = hx - kick * axis[1]
+            hy = hy + kick * axis[0]
+            axis = _turned(axis, (hx, hy, hz), turn)
+    axis = _turned(axis, (hx, hy, hz), -turns[0])
     return State(np.array(axis), np.array([hx, hy, hz]))
 
 
 def _turned(
-    x: float, y: float, z: float, hx: float, hy: float, hz: float, turn: float
+    axis: Sequence[float], momentum: Sequence[float], turn: float
 ) -> tuple[float, float, float]:
-    """Turn the vector (x, y, z) about H by |H| times `turn`.
+    """Turn e3 about H by |H| times `turn`.
 
     The formula is that of Rodrigues, with half angles for small turns.
     """
+    x, y, z = axis
+    hx, hy, hz = momentum
     size = math.sqrt(hx * hx + hy * hy + hz * hz) + 1e-300
     nx = hx / size
     ny = hy / size
@@ -217,13 +218,13 @@ def integrate(
     state : State
         At time 0.
     time : array_like, shape (n,)
-        Times that rise from 0 [s].
+        Times that rise from 0 [s], finite.
     method : str
         A method of `scipy.integrate.solve_ivp`; the equations are not stiff.
     rtol, atol : float
         Tolerances; `atol` is for e3, and for H it is relative to |H| at the start, or
-        to √(I |M|) if this is larger. With `rtol` above 1e-6 the answer can be worse
-        than eq. (9).
+        to √(I |M|) if this is larger. A rod without spin and torque stays at rest. With
+        `rtol` above 1e-6 the answer can be worse than eq. (9).
 
     Returns
     -------
@@ -235,18 +236,21 @@ def integrate(
     Raises
     ------
     ValueError
-        If the times do not rise from 0, or if the integration fails.
+        If the times are not finite or do not rise from 0, or if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
     times = np.asarray(time, dtype=float)
+    if not np.isfinite(times).all():
+        raise ValueError("a time is not a finite number; give times in seconds")
     rates = vector_rates(top)
     of_spin = float(np.linalg.norm(state.momentum))
     of_torque = math.sqrt(abs(top.torque) * top.transverse_inertia)
-    size = max(of_spin, of_torque)
+    # An error is compared with this size, so that it must not be 0.
+    size = max(of_spin, of_torque, _SPECK)
     solution = solve_ivp(
         # Python's floats are ten times faster here than arrays.
-        lambda _, row: rates(*row.tolist()),
+        lambda _, row: rates(row.tolist()),
         (0.0, times[-1]),
         np.concatenate([state.axis, state.momentum]),
         method=method,
@@ -259,8 +263,8 @@ def integrate(
     return State(solution.y[:3].T, solution.y[3:].T), solution.nfev
 
 
-Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, Any]]
-"""Time derivatives of e3 and H as a function of their components."""
+Rates = Callable[[Iterable[Any]], tuple[Any, ...]]
+"""The time derivatives of the six components of e3 and H, as a function of these."""
 
 
 def vector_rates(
@@ -277,9 +281,8 @@ def vector_rates(
     difference = 1 / top.inertia - 1 / top.transverse_inertia
     along = drag * pace * difference
 
-    def rates(
-        x: Any, y: Any, z: Any, hx: Any, hy: Any, hz: Any
-    ) -> tuple[Any, Any, Any, Any, Any, Any]:
+    def rates(components: Iterable[Any]) -> tuple[Any, ...]:
+        x, y, z, hx, hy, hz = components
         spin = along * (hx * x + hy * y + hz * z)
         rate_x = (hy * z - hz * y) / transverse
         rate_y = (hz * x - hx * z) / transverse

@@ -10,7 +10,7 @@ import math
 import string
 import textwrap
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -132,56 +132,61 @@ def predict_precession(
 
     The motion after a release from rest and the upright rod are computed as well.
     """
-    top = inertia, transverse_inertia, pitch
-    slow = _finite(precession_rate(torque, spin, *top))
-    fast = _finite(fast_precession_rate(torque, spin, *top))
-    horizontal = _finite(precession_rate(torque, spin, inertia))
-    critical = float(least_spin(torque, *top))
-    upright = float(sleeping_spin(torque, inertia, transverse_inertia))
-    growth = float(sleeping_growth(torque, spin, inertia, transverse_inertia))
+    body = inertia, transverse_inertia, pitch
+    top = Top(inertia, transverse_inertia, torque)
+    slow = _finite(precession_rate(torque, spin, *body))
     never = ""
     if slow is None:
         never = "At this pitch the spin is too slow for steady precession. "
-    sense = "counterclockwise" if torque * spin > 0 else "clockwise"
-    moves = "falls" if torque > 0 else "rises"
+    case = "turns"
     if torque == 0:
         case = "no_torque"
     elif spin == 0:
         case = "no_spin"
-    else:
-        case = "turns"
-    reasons = []
-    if slow is None:
-        cause = "without spin the rod falls"
-        if critical:
-            cause = f"the spin is below the minimum of {critical / RPM:.4g} rpm"
-        reasons.append(f"slow, fast, period: {cause}")
-    elif fast is None:
-        which = "with I = I_zz" if inertia == transverse_inertia else "that is level"
-        reasons.append(f"fast: a rod {which} has only the slow precession")
-    if slow == 0:
-        reasons.append("period: without a torque the rod keeps its direction")
-    if horizontal is None:
-        reasons.append("horizontal: a level rod that does not spin falls")
-    is_stable = abs(spin) > upright or torque < 0
-    released_top = Top(inertia, transverse_inertia, torque)
-    return Precession(
+    sense = "counterclockwise" if torque * spin > 0 else "clockwise"
+    moves = "falls" if torque > 0 else "rises"
+    precession = Precession(
         why=_say("precession", case, sense=sense, never=never, moves=moves),
-        reason="; ".join(reasons),
         slow=slow,
-        fast=fast,
-        horizontal=horizontal,
+        fast=_finite(fast_precession_rate(torque, spin, *body)),
+        horizontal=_finite(precession_rate(torque, spin, inertia)),
         exists=slow is not None,
-        critical_spin=critical,
+        critical_spin=float(least_spin(torque, *body)),
         period=_period(slow) if slow else None,
-        released=_released(released_top, spin, pitch),
-        sleeping=Sleeping(is_stable, upright, growth),
+        released=_released(top, spin, pitch),
+        sleeping=_sleeping(top, spin),
     )
+    reasons = _reasons(precession, inertias_agree=inertia == transverse_inertia)
+    return replace(precession, reason="; ".join(reasons))
+
+
+def _reasons(precession: Precession, inertias_agree: bool) -> Iterator[str]:
+    """Say why values are null; `inertias_agree`: I is equal to I_zz."""
+    minimum = precession.critical_spin
+    if precession.slow is None:
+        cause = "without spin the rod falls"
+        if minimum:
+            cause = f"the spin is below the minimum of {minimum / RPM:.4g} rpm"
+        yield f"slow, fast, period: {cause}"
+    elif precession.fast is None:
+        which = "with I = I_zz" if inertias_agree else "that is level"
+        yield f"fast: a rod {which} has only the slow precession"
+    if precession.slow == 0:
+        yield "period: without a torque the rod keeps its direction"
+    if precession.horizontal is None:
+        yield "horizontal: a level rod that does not spin falls"
 
 
 def _period(rate: float) -> float:
     """Return the time of one turn [s]."""
     return 2 * math.pi / abs(rate)
+
+
+def _sleeping(top: Top, spin: float) -> Sleeping:
+    inertia, transverse, torque = top.inertia, top.transverse_inertia, top.torque
+    upright = float(sleeping_spin(torque, inertia, transverse))
+    growth = float(sleeping_growth(torque, spin, inertia, transverse))
+    return Sleeping(abs(spin) > upright or torque < 0, upright, growth)
 
 
 def _released(top: Top, spin: float, pitch: float) -> Released:

@@ -63,7 +63,9 @@ class Quantity(Struct, frozen=True):
 
 
 @lru_cache(maxsize=16384)
-def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
+def read_cell(
+    text: str, kind: str, unit: str | None, doubt_comma: bool = False
+) -> Quantity:
     """Read a quantity of one kind: a cell, an option, or a value of a line.
 
     Parameters
@@ -74,8 +76,9 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         Kind of quantity, a key of `gyrodata.quantities.units.KINDS`.
     unit : str or None
         Unit that is used if the text has none.
-    ask : bool
-        Whether a comma that may separate thousands is an error.
+    doubt_comma : bool
+        Whether "1,234" is an error, because its comma may separate thousands; else it
+        is 1.234.
 
     Raises
     ------
@@ -86,12 +89,12 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     if kind == "sign":
         return _read_sense(plain)
     if not _ORDINARY.fullmatch(plain):
-        special = _read_special(text, plain, kind, unit, ask)
+        special = _read_special(text, plain, kind, unit, doubt_comma)
         if special is not None:
             return special
     written = _take_cell_apart(text, kind)
     quantity = _convert(written, text, kind, unit)
-    if ask and "," in written.number:
+    if doubt_comma and "," in written.number:
         _insist_on_decimal_comma(written, quantity, kind)
     u = quantity.uncertainty
     if u is not None and u.absolute > units.LIMITS[kind][1]:
@@ -105,22 +108,23 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
 
 
 def _read_special(
-    text: str, plain: str, kind: str, unit: str | None, ask: bool
+    text: str, plain: str, kind: str, unit: str | None, doubt_comma: bool
 ) -> Quantity | None:
-    """Read what only one kind of quantity is written as; None for other texts."""
+    """Read a way of writing that only some kinds have; None for other texts.
+
+    "3 x 20 g" is a mass, a force or a length, "20 + 30 g" a mass, "2π/3" an angle, "33
+    %" a part of a turn, and "1:42.74" a time.
+    """
     quantity = None
     if kind in ("mass", "force", "length"):
-        quantity = _read_several(text, kind, unit, ask)
+        quantity = _read_several(text, kind, unit, doubt_comma)
     if quantity is None and kind == "mass":
-        quantity = _read_sum(text, unit, ask)
+        quantity = _read_sum(text, unit, doubt_comma)
     if kind == "angle" and unit in (None, "rad"):
         quantity = _read_part_of_pi(plain)
     if kind == "number" and plain.endswith("%"):
-        quantity = _read_percent(plain[:-1].strip(), unit, ask)
-    clock = _match_clock(plain, kind)
-    if quantity is None and clock is not None:
-        quantity = _read_clock(clock, kind, unit)
-    return quantity
+        quantity = _read_percent(plain[:-1].strip(), unit, doubt_comma)
+    return quantity or _read_clock(plain, kind, unit)
 
 
 def _read_sense(plain: str) -> Quantity:
@@ -133,13 +137,15 @@ def _read_sense(plain: str) -> Quantity:
     raise fault("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
 
 
-def _read_several(text: str, kind: str, unit: str | None, ask: bool) -> Quantity | None:
+def _read_several(
+    text: str, kind: str, unit: str | None, doubt_comma: bool
+) -> Quantity | None:
     """Read equal weights, forces or lengths: "3 x 20 g"."""
     match = re.fullmatch(_SEVERAL, text)
     if match is None:
         return None
     count = int(match[1])
-    single = read_cell(match[2], kind, unit, ask)
+    single = read_cell(match[2], kind, unit, doubt_comma)
     step = None if single.step is None else count * single.step
     u = single.uncertainty
     if u is not None:
@@ -147,15 +153,15 @@ def _read_several(text: str, kind: str, unit: str | None, ask: bool) -> Quantity
     return Quantity(count * single.value, step, u, single.unit)
 
 
-def _read_sum(text: str, unit: str | None, ask: bool) -> Quantity | None:
+def _read_sum(text: str, unit: str | None, doubt_comma: bool) -> Quantity | None:
     """Read the sum of several weights: "20 + 30 g"."""
     parts = [part.strip() for part in PLUS.split(text)]
     if len(parts) < 2 or "/" in text:
         return None
     if not all(part[:1].isdecimal() for part in parts):
         return None
-    last = read_cell(parts[-1], "mass", unit, ask)
-    others = [read_cell(part, "mass", last.unit, ask) for part in parts[:-1]]
+    last = read_cell(parts[-1], "mass", unit, doubt_comma)
+    others = [read_cell(part, "mass", last.unit, doubt_comma) for part in parts[:-1]]
     total = math.fsum(other.value for other in others)
     return replace(last, value=last.value + total)
 
@@ -172,66 +178,69 @@ def _read_part_of_pi(plain: str) -> Quantity | None:
     return Quantity(math.pi * to_float(number) / int(divisor), None, None, "rad")
 
 
-def _read_percent(number: str, unit: str | None, ask: bool) -> Quantity | None:
+def _read_percent(number: str, unit: str | None, doubt_comma: bool) -> Quantity | None:
     """Read a part of a turn in percent."""
     if not PLAIN.fullmatch(number):
         return None
-    whole = read_cell(number, "number", unit, ask)
+    whole = read_cell(number, "number", unit, doubt_comma)
     step = None if whole.step is None else whole.step / 100
     return replace(whole, value=whole.value / 100, step=step)
 
 
-def _read_clock(match: re.Match[str], kind: str, unit: str | None) -> Quantity:
-    """Read minutes and seconds: "1:42.74", "1 min 42.74 s" and "1'42"74"."""
-    if kind != "time" or unit not in (None, "s", "min"):
-        hint = "write the column's unit as s" if kind == "time" else ""
-        raise fault("is a clock time, not a number", hint)
-    hours, minutes, seconds = match.groups()
-    late = to_float(seconds)
-    if late >= 60 or (hours and int(minutes) >= 60):
-        raise _late_clock(hours, minutes, seconds)
-    whole_minutes = int(hours or 0) * 60 + int(minutes)
-    value = whole_minutes * 60 + late
-    if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
-        raise _two_clocks(hours, minutes, seconds)
+def _read_clock(plain: str, kind: str, unit: str | None) -> Quantity | None:
+    """Read a clock time, such as "1:42.74" or "1 min 42.74 s"; None for other texts."""
+    clock = re.fullmatch(_CLOCK, _as_clock(plain) if kind == "time" else plain)
+    if clock is None:
+        return None
+    if kind != "time":
+        raise fault("is a clock time, not a number", "")
+    if unit not in (None, "s", "min"):
+        raise fault("is a clock time, not a number", "write the column's unit as s")
+    hours, minutes, seconds = clock.groups(default="")
+    _insist_on_sixty(hours, minutes, seconds)
+    whole_minutes = 60 * int(hours or 0) + int(minutes)
+    value = 60 * whole_minutes + to_float(seconds)
+    if value >= LONG:
+        _insist_on_one_meaning(hours, minutes, seconds)
     return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
 
 
-def _match_clock(plain: str, kind: str) -> re.Match[str] | None:
-    """Match hours, minutes and seconds; only a time can be spoken ("1 min 42 s")."""
-    return re.fullmatch(_CLOCK, _with_colon(plain) if kind == "time" else plain)
-
-
-def _with_colon(plain: str) -> str:
-    """Return 1:42.74 for "1 min 42.74 s" and 1'42"74, and other texts as they are."""
+def _as_clock(plain: str) -> str:
+    """Return "1:42.74" for "1 min 42.74 s" and 1'42"74; other texts are unchanged."""
     for word in ("min", "m", "'"):
         minutes, _, rest = plain.lower().partition(word)
         seconds = rest.lstrip(". ")
         number = seconds.rstrip(" .\"'sec")
         unit = seconds.removeprefix(number).strip(" .")
         if minutes.strip().isdecimal() and number and unit in _SECONDS:
+            # A clock shows 5 s as 05.
             zero = "" if number[1:2].isdecimal() else "0"
             decimal = number.replace('"', ".")
             return f"{minutes.strip()}:{zero}{decimal}"
     return plain
 
 
-def _late_clock(hours: str, minutes: str, seconds: str) -> UnitError:
-    """Return the error of a clock time with more than 59 seconds or minutes."""
+def _insist_on_sixty(hours: str, minutes: str, seconds: str) -> None:
+    """Raise an error if a clock time has more than 59 seconds or minutes: "1:75"."""
+    has_minutes = not hours or int(minutes) < 60
+    if to_float(seconds) < 60 and has_minutes:
+        return
     short = ""
     if not hours and seconds.isdigit():
         short = f"{minutes}.{seconds} for seconds and hundredths, "
-    return fault(
+    raise fault(
         "is not a clock time: its seconds or minutes are above 59",
         f"write {short}mm:ss.cc for minutes",
     )
 
 
-def _two_clocks(hours: str, minutes: str, seconds: str) -> UnitError:
-    """Return the error of a clock time that can be hours or hundredths."""
+def _insist_on_one_meaning(hours: str, minutes: str, seconds: str) -> None:
+    """Raise an error if a clock time can end with seconds or hundredths: "00:20:13"."""
+    if len(hours) != 2 or not seconds.isdigit():
+        return
     short = f"{hours}:{minutes}.{seconds}"
     long = f"{int(hours) * 60 + int(minutes)}:{seconds}"
-    return fault(
+    raise fault(
         "can be h:mm:ss or mm:ss:hundredths",
         f"write {short} for minutes, seconds and hundredths; or {long} for minutes and "
         f"seconds",
@@ -352,7 +361,7 @@ def parse_quantity(text: str, kind: str) -> float:
     Examples are ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²`` and ``1/3``.
     """
     try:
-        return read_cell(text.strip(), kind, None, ask=True).value
+        return read_cell(text.strip(), kind, None, doubt_comma=True).value
     except UnitError as error:
         hint = error.hint or how_to_write(kind)
         raise UnitError(f'"{text.strip()[:40]}" {error}', hint, error.code) from None
@@ -360,7 +369,7 @@ def parse_quantity(text: str, kind: str) -> float:
 
 @lru_cache(maxsize=512)
 def parse_uncertainty(
-    text: str, kind: str, unit: str = "", ask: bool = True
+    text: str, kind: str, unit: str = "", doubt_comma: bool = True
 ) -> Uncertainty:
     """Read a standard uncertainty: ``0.5 mm``, ``0.2 %``, or ``0.2 % + 0.5 rpm``.
 
@@ -369,9 +378,10 @@ def parse_uncertainty(
     """
     shown = f'"{text.strip()[:40]}"'
     absolute = relative = 0.0
-    whole, coverage = without_coverage(f"± {text.strip().lstrip('±+ ')}")
-    for term in PLUS.split(whole[1:].strip()):
-        u = _parse_term(term, kind, unit, ask)
+    stated = text.strip().lstrip("±+ ")
+    terms, coverage = without_coverage(stated, has_uncertainty=True)
+    for term in PLUS.split(terms):
+        u = _parse_term(term, kind, unit, doubt_comma)
         if u is None:
             raise UnitError(f"{shown} is not an uncertainty", _share_of_value(kind))
         absolute += u.absolute / coverage
@@ -384,15 +394,17 @@ def parse_uncertainty(
     return Uncertainty(absolute, relative)
 
 
-def _parse_term(term: str, kind: str, unit: str, ask: bool) -> Uncertainty | None:
+def _parse_term(
+    term: str, kind: str, unit: str, doubt_comma: bool
+) -> Uncertainty | None:
     """Read one term of an uncertainty; None if it is negative or has a ± itself."""
     percent = term.rstrip().endswith("%")
     number = term.strip("% ")
     try:
         if percent:
-            quantity = read_cell(number, "number", "", ask)
+            quantity = read_cell(number, "number", "", doubt_comma)
         else:
-            quantity = read_cell(number, kind, unit or None, ask)
+            quantity = read_cell(number, kind, unit or None, doubt_comma)
     except UnitError as error:
         hint = error.hint
         if str(error) == "is not a number" and hint == how_to_write(kind):

@@ -200,7 +200,8 @@ def take_apart(text: str) -> Written | None:
     plain = fold_number(text)
     if PLAIN.fullmatch(plain):
         return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
-    bare, coverage = without_coverage(_with_usual_signs(plain))
+    usual_signs = _with_usual_signs(plain)
+    bare, coverage = without_coverage(usual_signs, "±" in usual_signs)
     for way, usual in _USUAL:
         bare = re.sub(way, usual, bare)
     match = re.fullmatch(_QUANTITY, bare)
@@ -217,10 +218,13 @@ def _with_usual_signs(text: str) -> str:
     return usual
 
 
-def without_coverage(text: str) -> tuple[str, float]:
-    """Remove ``(k = 2)`` or ``(95 %)``, and return the coverage factor."""
+def without_coverage(text: str, has_uncertainty: bool) -> tuple[str, float]:
+    """Split off the coverage factor: "4 ± 1 mm (k = 2)" becomes "4 ± 1 mm" and 2.
+
+    Its other forms, 2σ and (95 %), are read in a text with an uncertainty only.
+    """
     match = re.search(_COVERAGE, text)
-    if match is None or ("±" not in text and match[1] is None):
+    if match is None or not (has_uncertainty or match[1]):
         return text, 1.0
     number = to_float(match[match.lastindex or 0])
     factor = _LEVELS.get(number, number if number < 10 else None)

@@ -19,6 +19,7 @@ from fractions import Fraction
 from functools import cache, lru_cache
 from numbers import Real
 from pathlib import Path
+from string import ascii_letters
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, convert
@@ -232,8 +233,9 @@ def _spellings_in_any_case() -> dict[str, str]:
 
 _MEGA = {"Mg", "MG", "MN", "Ms", "MS", "MHz", "MHZ", "Mrad"}
 """Case is forgiven ("KG", "Sec") unless it separates milli from mega."""
-_LETTERS = frozenset("gmsh")
-"""Units of one letter whose capital is forgiven too."""
+_NOT_FORGIVEN = frozenset(ascii_letters) - frozenset("gmshGMSH")
+"""Letters whose case matters if they are the whole unit: v and U are turns, V and u are
+not."""
 
 
 def _name(word: str) -> str | None:
@@ -320,23 +322,25 @@ def _split(text: str, usual: str) -> Iterator[tuple[str, int]]:
         if term is None:
             raise _unknown(text, None)
         position = term.end()
-        word = term["word"]
-        if not word:
-            continue
-        name = _name(word.replace(".", ""))
-        names = [name] if name else _names_in_product(word)
-        if not names:
-            raise _unknown(text, word)
-        power = int(term["power"] or 1)
-        if not 1 <= abs(power) <= 4:
-            raise UnitError(
-                f'the power {power} in the unit "{text}" makes no sense here'
-            )
-        sign = -1 if term["sign"] == "/" else 1
-        # The power belongs to the last of "kg.m^2".
-        for first in names[:-1]:
-            yield first, sign
-        yield names[-1], sign * power
+        if term["word"]:
+            yield from _powers_of(term, text)
+
+
+def _powers_of(term: re.Match[str], text: str) -> Iterator[tuple[str, int]]:
+    """Yield the units of one term of a unit text with their powers: of "/s^2", s −2."""
+    word = term["word"]
+    name = _name(word.replace(".", ""))
+    names = [name] if name else _names_in_product(word)
+    if not names:
+        raise _unknown(text, word)
+    power = int(term["power"] or 1)
+    if not 1 <= abs(power) <= 4:
+        raise UnitError(f'the power {power} in the unit "{text}" makes no sense here')
+    sign = -1 if term["sign"] == "/" else 1
+    # The power belongs to the last of "kg.m^2".
+    for first in names[:-1]:
+        yield first, sign
+    yield names[-1], sign * power
 
 
 def _join(terms: Sequence[tuple[str, int]]) -> str:
@@ -359,9 +363,8 @@ def parse(text: str) -> Product:
             f"a unit of {len(text)} characters; at most {MAX_UNIT_LENGTH} are read"
         )
     letter = text.strip()
-    is_letter = len(letter) == 1 and letter.isascii() and letter.isalpha()
-    if is_letter and letter not in spellings() and letter.lower() not in _LETTERS:
-        raise _unknown(text, None)  # V and T are not turns, although v and t are
+    if letter in _NOT_FORGIVEN and letter not in spellings():
+        raise _unknown(text, None)
     usual = _in_usual_signs(text)
     if scaled := re.fullmatch(_SCALED, usual):
         power = int(scaled["power"] or 0)

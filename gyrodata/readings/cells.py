@@ -292,7 +292,7 @@ class CellReader:
         ask = self.signs.may_separate_thousands(text)
         if ask:
             # Raises an error that asks; `read_cell` asks about commas alone.
-            read_cell(text.replace(".", ","), self.kind, self.unit, ask=True)
+            read_cell(text.replace(".", ","), self.kind, self.unit, doubt_comma=True)
         is_word = self.role in _IN_WORDS and not _is_number_or_fraction(text)
         number = number_in_words(text, self.role) if is_word else ""
         try:
@@ -450,7 +450,7 @@ def _read(
     """Read one uncertainty; None, with an error at its cell or header, if it fails."""
     try:
         kind = kind_of_role(column.role)
-        return notation.parse_uncertainty(text, kind, unit, ask=False)
+        return notation.parse_uncertainty(text, kind, unit, doubt_comma=False)
     except UnitError as error:
         values = {"role": column.role, "header": column.text, "error": error}
         faults.add("uncertainty", cell or column.cell, **values)

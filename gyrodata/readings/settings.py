@@ -375,7 +375,7 @@ def _enter_word(
 
 def _read_uncertainty(key: str, text: str, ask: bool) -> Uncertainty:
     try:
-        u = notation.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
+        u = notation.parse_uncertainty(text, roles.kind_of_role(key), doubt_comma=ask)
     except UnitError as error:
         raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
     if key.endswith("_scale") and u.absolute:

@@ -63,7 +63,7 @@ class Limits(Struct, frozen=True):
     turns: tuple[float, ...] = (1.0,)
     """Numbers of turns that can be timed [1]."""
     minutes: float = 30.0
-    """Lab time [min]."""
+    """Lab time [min]; 0: none is left, and no run is planned."""
     goal: float | None = None
     """u of I_zz over I_zz at which the plan ends [1]."""
 
@@ -161,8 +161,7 @@ def plan_lab(limits: Limits) -> Plan:
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
     u = fitting.relative_u(lab.fit.inertia)
     first = tuple([_planned(measured, run, u) for run in range(len(good))])
-    left = limits.minutes - sum(run.minutes for run in first)
-    return _plan(lab, replace(limits, minutes=left, spins=spins), None, first)
+    return _plan(lab, replace(limits, spins=spins), None, first)
 
 
 def _plan(
@@ -174,23 +173,29 @@ def _plan(
         raise InputError.named("plan_impossible")
     # The user sees the first choices with the u of their whole fits.
     choices = tuple([run for run, _ in _fitted(lab, ranked)])
-    left_out = _left_out(lab, limits)
-    runs, lab, end = _choose(lab, limits)
+    left_out = _doubted_runs(lab, limits)
+    # Below zero if the first runs take longer: then no other run is planned.
+    minutes = limits.minutes - sum(run.minutes for run in first)
+    runs, lab, end = _choose(lab, limits, minutes)
     u = fitting.relative_u(lab.fit.inertia)
     limit = source_words(lab.fit.budget[0].source)
     others = _others(lab)
     return Plan(now, first, choices, runs, others, u, limit, limits.goal, end, left_out)
 
 
-def _choose(lab: Lab, limits: Limits) -> tuple[tuple[PlannedRun, ...], Lab, str]:
-    """Choose runs; return them, the lab with them, and why there are no more."""
+def _choose(
+    lab: Lab, limits: Limits, minutes: float
+) -> tuple[tuple[PlannedRun, ...], Lab, str]:
+    """Choose runs that take up to some minutes.
+
+    Return them, the lab with them, and why there are no more.
+    """
     u = fitting.relative_u(lab.fit.inertia)
-    left = limits.minutes
     goal = limits.goal or 0.0
     runs: list[PlannedRun] = []
     end = f"a plan has at most {MOST} runs"
     while len(runs) < MOST and u > goal:
-        ranked = _rank(lab, limits, left)
+        ranked = _rank(lab, limits, minutes)
         if not ranked:
             end = "no other run fits into the time"
             break
@@ -202,7 +207,7 @@ def _choose(lab: Lab, limits: Limits) -> tuple[tuple[PlannedRun, ...], Lab, str]
             break
         run, lab = step
         u = run.u
-        left -= run.minutes
+        minutes -= run.minutes
         runs.append(run)
     if u <= goal:
         end = "the goal is reached"
@@ -363,8 +368,8 @@ def _fault(measured: Measurements, run: int = -1) -> str:
     return ""
 
 
-def _left_out(lab: Lab, limits: Limits) -> dict[str, str]:
-    """Return an example of the runs that are left out for each doubted reading."""
+def _doubted_runs(lab: Lab, limits: Limits) -> dict[str, str]:
+    """Return, by the doubted reading, an example of the runs that are not planned."""
     labs = {_fault(larger): larger for larger in _larger_labs(lab, limits)}
     return {
         role: f"{load_words(larger, -1)} at {larger.spin[-1] / RPM:.0f} rpm"

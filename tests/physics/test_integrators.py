@@ -21,7 +21,7 @@ def test_under_drag_the_angle_is_that_of_the_harmonic_mean_spin(drop: float) -> 
     time = -decay * np.log(1 - drop)
     state, rates = steady(TOP, FAST), vector_rates(TOP, INERTIA / decay)
     path = solve_ivp(
-        lambda _, row: rates(*row),
+        lambda _, row: rates(row),
         (0, time),
         np.concatenate([state.axis, state.momentum]),
         "DOP853",
@@ -43,7 +43,7 @@ def test_drag_is_a_torque_against_the_whole_rotation() -> None:
         1.3 * INERTIA
     ) + about_rod / INERTIA * axis
     expected = TOP.torque * np.array([-axis[1], axis[0], 0.0]) - 1e-4 * rotation
-    assert vector_rates(TOP, 1e-4)(*axis, *momentum)[3:] == pytest.approx(
+    assert vector_rates(TOP, 1e-4)([*axis, *momentum])[3:] == pytest.approx(
         tuple(expected), rel=1e-14
     )
 
@@ -51,3 +51,16 @@ def test_drag_is_a_torque_against_the_whole_rotation() -> None:
 def test_times_that_do_not_rise_are_refused() -> None:
     with pytest.raises(ValueError, match=r"sorted|rise|within"):
         integrate(TOP, released(TOP, FAST), [1.0, 0.5])
+
+
+@pytest.mark.parametrize("spin", [0.0, 1e-320, 1e-160])
+def test_a_rod_without_spin_and_torque_stays_at_rest(spin: float) -> None:
+    balanced = Top(INERTIA, 1.3 * INERTIA, 0.0)
+    path, _ = integrate(balanced, released(balanced, spin), [1.0, 60.0])
+    assert path.axis == pytest.approx(np.array([[1.0, 0, 0], [1.0, 0, 0]]))
+
+
+@pytest.mark.parametrize("time", [np.nan, np.inf])
+def test_a_time_that_is_not_finite_is_refused(time: float) -> None:
+    with pytest.raises(ValueError, match="not a finite number; give times in seconds"):
+        integrate(TOP, released(TOP, FAST), [1.0, time])

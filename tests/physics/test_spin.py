@@ -109,6 +109,6 @@ def test_shares_are_derivatives_of_the_mean(fall: float) -> None:
 @pytest.mark.parametrize("pitch", [0.0, 0.4, -0.5])
 def test_the_spin_of_a_sag_is_the_spin_that_sags_so(pitch: float) -> None:
     spin = physics.spin_of_sag(0.3, 0.06, 4.4e-3, 7.1e-3, pitch)
-    assert float(
-        physics.greatest_sag(0.06, spin, 4.4e-3, 7.1e-3, pitch)
-    ) == pytest.approx(0.3, rel=1e-9)
+    assert float(physics.sag_size(0.06, spin, 4.4e-3, 7.1e-3, pitch)) == pytest.approx(
+        0.3, rel=1e-9
+    )

@@ -170,7 +170,7 @@ def fit_tilted(
 def sags_into_cup(rods: motions.Rods) -> bool:
     """Return whether a rod that is released touches the cup."""
     top = rods.top
-    sag = physics.greatest_sag(
+    sag = physics.sag_size(
         top.torque, rods.spin, top.inertia, top.transverse_inertia, rods.pitch
     )
     return bool(sag.max() > models.STEEP)

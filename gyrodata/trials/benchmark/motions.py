@@ -155,7 +155,7 @@ def full_motion(rods: Rods, tolerance: float = TOLERANCE) -> Any:
     drag = rods.top.inertia / rods.decay
     rates = motion.vector_rates(rods.top, drag, rods.time)
     done = solve_ivp(
-        lambda _, row: np.ravel(rates(*row.reshape(rows.shape))),
+        lambda _, row: np.ravel(rates(row.reshape(rows.shape))),
         (0, 1),
         rows.ravel(),
         "DOP853",

@@ -81,7 +81,6 @@ def try_clean(seed: int) -> str:
         lab = analyze_briefly(text.encode())
     except LogError as error:
         return f"refused {error.diagnostics[-1].code}"
-    assert lab.fit.adjusted.converged
     assert lab.inertia.u is not None
     off = (lab.inertia.value - INERTIA) / lab.inertia.u
     assert abs(off) < 5, (

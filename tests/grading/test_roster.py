@@ -85,7 +85,10 @@ def test_gradebook_gives_names_sections_and_who_is_absent(root: Path) -> None:
         'student,what,value\n"Baker, Tom",total,3\n"Cole, Ida",total,0\n',
         encoding="utf-8",
     )
-    rows = grade(root, *book)[0]
+    rows, page, told = grade(root, *book)
+    assert told.count("by hand: ") == told.count("by hand: total") == 2
+    assert page.count('href="feedback/') > 0
+    assert 'href="feedback/9' not in page
     assert rows["8"]["total"] == "3.00", "a person is known by the roster's name too"
     assert rows["9"]["total"] == "0.00"
     with zipfile.ZipFile(grades / "feedback.zip") as archive:

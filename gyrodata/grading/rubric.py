@@ -57,7 +57,7 @@ Time = Annotated[
 
 
 def seconds_of(duration: str) -> float:
-    """Read a duration [s]."""
+    """Read a duration [s]: "2 days" is 172,800."""
     number, unit, *_ = re.findall(r"[\d.]+|[a-z]", duration)
     seconds = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
     return float(number) * seconds[unit]
@@ -118,7 +118,9 @@ def judge_lateness(
 ) -> Lateness:
     """Compute how many of `whole` points a late submission loses.
 
-    Only the marks and time stamps of the submission are used.
+    With a tier until = "1 day", deduct = "10 %", two hours late cost 2 of 20 points:
+    Lateness(7200.0, 2.0, "2 h late", False). Only the marks and time stamps of the
+    submission are used.
     """
     if rule is None:
         return _lateness_without_rule(submission)

@@ -399,8 +399,8 @@ def judge_reference(
     """Give the points of a "reference" criterion when the reference is known.
 
     `pending`: As `judge` returned it, with {"value": 4.5e-3, "u": 0.05e-3, …}; it stays
-    as it is without a value. A reference of 4.4e-3 with u = 0 is 2 u away: the reason is
-    "4.5… is 2 standard uncertainties from …", and z = 2 gives the points.
+    as it is without a value. A reference of 4.4e-3 with u = 0 is 2 u away: the reason
+    is "4.5… is 2 standard uncertainties from …", and z = 2 gives the points.
     """
     value = pending.detail.get("value")
     u = pending.detail.get("u")

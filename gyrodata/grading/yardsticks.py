@@ -200,7 +200,9 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
     """Return the distance of a reported value from a fit of the own runs [u].
 
     4.52e-3, with the step 0.01e-3, is 2.6 u from 4.40e-3 if u is 1 %: (0.12 - 0.005)
-    over 0.044. `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2];
+    over 0.044.
+
+    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2];
     half of it may be rounding, and is subtracted, but `MOST_ROUNDING` of the value at
     most. `yardstick`: u as a share of the value [1].
     """

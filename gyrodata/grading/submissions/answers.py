@@ -56,9 +56,9 @@ def read_answers(
 ) -> Answers:
     """Find the answer: the line of the log for it, else the best value in the texts.
 
-    `reports` are the other texts, or their names and bytes. Of a text "I_zz = 4.4 g m^2"
-    and another one "I_zz = 4.9 g m^2", neither is taken: its fault is `GIVEN_TWICE`.
-    Never raises: a value that cannot be read has a fault.
+    `reports` are the other texts, or their names and bytes. Of a text with "I_zz =
+    4.4 g m^2" and another with "I_zz = 4.9 g m^2", neither is taken: the fault is
+    `GIVEN_TWICE`. Never raises: a value that cannot be read has a fault.
     """
     documents = _documents(reports)
     if log is not None:

@@ -374,8 +374,8 @@ def _quantities(
 ) -> Iterator[_Quantity]:
     """Give the quantities of a sentence.
 
-    `number` is that of its line, `unfinished` the end of the sentence above that it goes
-    on with, and `below` the sentences that follow.
+    `number` is that of its line, `unfinished` the end of the sentence above that it
+    goes on with, and `below` the sentences that follow.
     """
     end, before = 0, ""
     for start in (match.start() for match in re.finditer(_START, sentence)):

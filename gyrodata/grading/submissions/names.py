@@ -314,8 +314,8 @@ def _of_folder(
 def different(names: Mapping[str, str], others: Iterable[str] = ()) -> dict[str, str]:
     """Return names by keys; the key is added to a name that another one has too.
 
-    {"7": "Jane Doe", "8": "Jane Doe"} becomes {"7": "Jane Doe (7)", "8": "Jane Doe (8)"}.
-    `others`: More names.
+    {"7": "Jane Doe", "8": "Jane Doe"} becomes
+    {"7": "Jane Doe (7)", "8": "Jane Doe (8)"}. `others`: More names.
     """
     counts = Counter([*names.values(), *others])
     shown_names = {}

@@ -74,8 +74,8 @@ class Submission(Struct, frozen=True, dict=True):
     ] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
     lost: str = ""  # why this run could not open the files; "" if it could
-    # file (without ending) or folder under which the platform accepts feedback; "" for a
-    # student who handed in nothing: the platform accepts none
+    # file (without ending) or folder under which the platform accepts feedback; "" for
+    # a student who handed in nothing: the platform accepts none
     feedback_stem: str = ""
     # the files by their names below `source`, until the log is chosen among them; then
     # none

@@ -69,6 +69,8 @@ def stored(one: Fingerprint) -> dict[str, Any]:
     for name in OF_ROWS:
         if len(set(fields[name])) == 1:
             fields[name] = fields[name][0]
+    if not one.simulated:
+        del fields["simulated"]
     return fields
 
 

@@ -228,7 +228,12 @@ def grade(
                 progress=progress,
             )
             grades = grade_class(
-                listed, inputs.rubric, options, earlier, desk, inputs.roster
+                listed,
+                inputs.rubric,
+                options,
+                previous=earlier,
+                desk=desk,
+                roster=inputs.roster,
             )
         complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
         changes = _changes(grades, folder)

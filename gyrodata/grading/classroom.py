@@ -33,8 +33,8 @@ from gyrodata.grading.forensics import Fingerprint, Flag, flag_class, in_order
 from gyrodata.grading.grade import (
     Grade,
     Standard,
+    find_disagreement,
     grade_submission,
-    is_doubtful,
     not_graded,
     reconsider,
     standard_of,
@@ -161,6 +161,7 @@ def grade_class(
     submissions: Submissions,
     rubric: Rubric,
     options: GradingOptions | None = None,
+    *,
     previous: Mapping[str, Fingerprint] = {},
     desk: Desk = NO_DESK,
     roster: Roster = EVERYBODY,
@@ -192,20 +193,16 @@ def grade_class(
     meant = roster.who_is_meant(items)
     work = _Work.begun(rubric, options, desk)
     work.grade([item for item in items if item.log_name is not None])
-    texts = _texts_on_partners(items, work)
-    partners = find_partners(texts, roster, meant)
+    partners = find_partners(_texts_on_partners(items, work), roster, meant)
     items = _with_shared_logs(items, partners, desk)
     work.grade([item for item in items if item.student not in work.entries])
     work.write(items)
-    with_same_log = partners_by_log(items)
-    groups = [*partners.groups, *with_same_log]
+    groups = [*partners.groups, *partners_by_log(items)]
     declared = [*groups, *desk.partners]
     prints = work.prints
-    examples = examples_for(prints)
-    flags = flag_class(prints, declared, previous, examples)
+    flags = flag_class(prints, declared, previous, examples_for(prints))
     flags = in_order([*flags, *flag_simulated(prints)])
-    alike = desk.alike(flags)
-    same_data = [*declared, *alike]
+    same_data = [*declared, *desk.alike(flags)]
     settled, standard = _settled(items, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
     grades = []
@@ -213,8 +210,7 @@ def grade_class(
         more = filter(None, [looks.get(item.student)])
         grade = replace(grade, look=(*grade.look, *more))
         entry = work.entries[item.student]
-        decided = desk.applied(grade, item, entry.subjects)
-        grades.append(decided)
+        grades.append(desk.applied(grade, item, entry.subjects))
     diagnostics = (*submissions.diagnostics, *notes)
     submissions = replace(submissions, items=items, diagnostics=diagnostics)
     different_logs = each_log_once(settled, same_data)
@@ -248,14 +244,13 @@ def _decided_without_hand_in(
     """Return students who handed in nothing, if a person decides about them."""
     source = submissions.items[0].source
     why = "nothing is handed in"
-    decided = []
-    for absentee in roster.absent:
-        key = absentee.student
-        name = absentee.name or key
-        if key in desk.lines or key in desk.requests:
-            item = Submission(key, name, {}, source, problem=why, feedback_stem=key)
-            decided.append(item)
-    return decided
+    return [
+        Submission(
+            absentee.student, absentee.name or absentee.student, {}, source, problem=why
+        )
+        for absentee in roster.absent
+        if absentee.student in desk.lines or absentee.student in desk.requests
+    ]
 
 
 def _settled(
@@ -302,8 +297,7 @@ def _with_shared_log(
     if not decided and not (item.problem or "").startswith(NO_LOG):
         return item
     own_partners = decided or partners.of(item.student)
-    named = own_partners & with_log.keys()
-    known = sorted(named)
+    known = sorted(own_partners & with_log.keys())
     logs = {with_log[key].log_digest: with_log[key] for key in reversed(known)}
     if not logs:
         return item
@@ -401,7 +395,9 @@ def _reconsidered(
     Return all grades in the same order.
     """
     grades = {doubted.student: doubted for doubted, _, _ in doubts}
-    waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], standard.references)]
+    waiting = [
+        doubt for doubt in doubts if find_disagreement(doubt[0], standard.references)
+    ]
     if waiting:
         _load_analysis()
     work = partial(_reconsider_grade, standard)
@@ -712,8 +708,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         """Mean of the points; None if nobody is graded."""
         if not self.totals:
             return None
-        mean = statistics.fmean(self.totals)
-        return round(mean, 4)
+        return round(statistics.fmean(self.totals), 4)
 
     @property
     def median(self) -> float | None:

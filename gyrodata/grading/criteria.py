@@ -104,11 +104,10 @@ class Evidence(Struct, frozen=True):
 
 
 def points_of(deduction: str | float, whole: float) -> float:
-    """Read a deduction from `whole` points."""
+    """Read a deduction from `whole` points: "25 %" of 20 is 5, and 2 is 2."""
     if not isinstance(deduction, str):
         return deduction
-    number = deduction.rstrip(" %")
-    percent = float(number)
+    percent = float(deduction.rstrip(" %"))
     return percent / 100 * whole
 
 
@@ -131,25 +130,27 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     return JUDGES[criterion.check](criterion, evidence)
 
 
+def mark_by_rule(criterion: Criterion, reason: str, detail: Detail) -> Mark:
+    """Return a mark with the share of the points that the conditions give.
+
+    `detail` contains their variable: with full = "d <= 1" and zero = "d >= 3",
+    {"d": 2.0} gives half of the points.
+    """
+    number = float(detail[criterion.curve.variable] or 0.0)
+    return mark(criterion, reason, detail, criterion.curve.share(number))
+
+
 def mark(
-    criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan
+    criterion: Criterion, reason: str, detail: Detail, share: float | None
 ) -> Mark:
     """Return a mark with a share of the points, from 0 to 1.
 
     None if the criterion could not be judged.
-
-    If no share is given, it follows from the criterion's variable in `detail`.
     """
-    curve = criterion.curve
-    number = detail.get(curve.variable)
-    if share is not None and math.isnan(share):
-        share = 0.0
-        if isinstance(number, float):
-            share = curve.share(number)
     points = None
     if share is not None:
         points = round(share * criterion.points, 2)
-    is_by_rule = number is not None and "slip_cost" not in detail
+    is_by_rule = criterion.curve.variable in detail and "slip_cost" not in detail
     rule = criterion.rule if is_by_rule else ""
     return Mark(
         criterion.id,
@@ -179,27 +180,28 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     if doubted:
         things = count_text(len(doubted), "thing")
         content = f", with {things} to correct: {_listed(doubted)}"
-    count = len(evidence.analysis.run_table)
-    runs = count_text(count, "run")
+    runs = count_text(len(evidence.analysis.run_table), "run")
     reason = f"{runs}{content}"
-    return mark(criterion, reason, {"warnings": float(len(doubted))})
+    return mark_by_rule(criterion, reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
     asked = {ASKS[ask] for ask in criterion.asks}
     missing = [lack for lack in evidence.lacks if lack.code in asked]
     reason = _listed(missing) or "nothing required is missing"
-    return mark(criterion, reason, {"missing": float(len(missing))})
+    return mark_by_rule(criterion, reason, {"missing": float(len(missing))})
 
 
-def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
+MOST_LISTED = 3  # warnings, or requirements, that a reason quotes
+
+
+def _listed(diagnostics: list[Diagnostic]) -> str:
     lines = []
-    for diagnostic in diagnostics[:most]:
+    for diagnostic in diagnostics[:MOST_LISTED]:
         place = diagnostic.cell or f"line {diagnostic.line}"
         message = diagnostic.message
         lines.append(f"{place}: {message}" if diagnostic.line else message)
-    count = len(diagnostics)
-    left = count - most
+    left = len(diagnostics) - MOST_LISTED
     if left > 0:
         lines.append(f"and {left} more")
     return "; ".join(lines)
@@ -267,7 +269,7 @@ def _scatter_mark(
         if p < UNUSUAL and criterion.curve.share(p) == 1:
             agrees = "is not clearly more than"
         reason += f", which {agrees} {words} ({p_text(p)})"
-    return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
+    return mark_by_rule(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
 
 def judge_scatter(
@@ -303,7 +305,7 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     reason = "no picture and no PDF that could show a plot"
     if pictures:
         reason = f"{count_text(pictures, 'file')} that may show a plot"
-    return mark(criterion, reason, {"files": float(pictures)})
+    return mark_by_rule(criterion, reason, {"files": float(pictures)})
 
 
 # --- the report ---
@@ -333,8 +335,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported_words = f"you report {inertia_text(value, reported.u)}"
     own_value = inertia_text(matched.value, matched.u)
     own = f"{own_value} ({fit_words(matched.name)})"
-    factor = value / matched.value
-    times = factor_text(factor)
+    times = factor_text(value / matched.value)
     d = evidence.d
     if evidence.slips:
         d = evidence.slips[0].distance
@@ -397,7 +398,9 @@ def judge_reference(
 ) -> Mark:
     """Give the points of a "reference" criterion when the reference is known.
 
-    This is done only if there is a value to compare with the reference.
+    `pending`: As `judge` returned it, with {"value": 4.5e-3, "u": 0.05e-3, …}; it stays
+    as it is without a value. A reference of 4.4e-3 with u = 0 is 2 u away: the reason
+    is "4.5… is 2 standard uncertainties from …", and z = 2 gives the points.
     """
     value = pending.detail.get("value")
     u = pending.detail.get("u")
@@ -434,7 +437,7 @@ def judge_reference(
     reason = f"{words} is {far} from {reference.words}"
     if reference.is_vague:
         reason = f"{words} has no reference: {NO_STATION}"
-    return mark(criterion, reason, detail)
+    return mark_by_rule(criterion, reason, detail)
 
 
 # relative difference of an uncertainty that is rounded to one digit, from another
@@ -450,13 +453,12 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         is_stated = reported.u is not None
         verb = "states" if is_stated else "does not state"
         reason = f'"{reported.text}" {verb} an uncertainty'
-        return mark(criterion, reason, {"stated": float(is_stated)})
+        return mark_by_rule(criterion, reason, {"stated": float(is_stated)})
     if reported.u is None:
         reason = "no uncertainty is reported; write it after the value: "
         reason += "4.4e-3 ± 0.1e-3 kg m^2"
         return mark(criterion, reason, {}, 0.0)
-    factor = abs(evidence.factor)
-    u = reported.u / factor
+    u = reported.u / abs(evidence.factor)
     low, high = _u_of_fits(evidence)
     ratio = min(u / low, max(1.0, u / high))
     spread = _spread_of_weights(evidence.analysis)
@@ -471,13 +473,12 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
-        share = criterion.curve.share(ratio)
-        is_accepted = share == 1
+        is_accepted = criterion.curve.share(ratio) == 1
         verdict = "a little" if is_accepted else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits"
         reason += f" of your runs give, {whole}"
     detail = {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
-    return mark(criterion, reason, detail)
+    return mark_by_rule(criterion, reason, detail)
 
 
 def _u_of_fits(evidence: Evidence) -> tuple[float, float]:
@@ -525,7 +526,7 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     if formula:
         digits = "its digits are those of a formula"
     reason = "; ".join(faults) or f'"{reported.text}" has its unit and {digits}'
-    return mark(criterion, reason, {"faults": float(len(faults))})
+    return mark_by_rule(criterion, reason, {"faults": float(len(faults))})
 
 
 def _digits_of_u(reported: Reported) -> int:
@@ -544,10 +545,7 @@ def _fault_of_last_digit(evidence: Evidence) -> str:
         return ""
     low, high = _last_place(reported.step, value, reported.digits)
     if not reported.u_step:
-        u = reported.u
-        if not u:
-            yardstick = evidence.own.yardstick
-            u = yardstick * abs(value)
+        u = reported.u or evidence.own.yardstick * abs(value)
         if high < u / 150:
             return "the value has more digits than its uncertainty justifies"
         return ""
@@ -590,11 +588,12 @@ def _last_place(
 class Kind(Struct, frozen=True):
     """The fields that criteria with one check share, as in `criteria.toml`."""
 
-    title: str
-    full: str
-    zero: str
+    title: str  # what students read, if the rubric has no title
+    full: str  # condition for all points, if the rubric has none
+    zero: str  # condition for no points, if the rubric has none
+    # keys of such a criterion besides id, check, points and title
     keys: tuple[str, ...] = ("full", "zero")
-    variables: tuple[str, ...] = ()
+    variables: tuple[str, ...] = ()  # others that its conditions may contain
 
 
 KINDS = convert(TABLES["kinds"], dict[str, Kind])

@@ -459,7 +459,7 @@ of the answer."""
 LOOKED_AT = 5.0
 
 
-class _Doubt(NamedTuple):
+class Disagreement(NamedTuple):
     """How a log disagrees with the reference."""
 
     reference: yardsticks.Reference
@@ -471,43 +471,36 @@ class _Doubt(NamedTuple):
     wrong_log: bool  # the answer agrees with the reference, and the log does not
 
 
-def _doubt(grade: Grade, references: References) -> _Doubt | None:
-    """Compare the I_zz of a log with the reference.
+def find_disagreement(grade: Grade, references: References) -> Disagreement | None:
+    """Compare the I_zz that a log gives with the reference.
 
-    None if there is nothing to look for in the log.
+    None if there is nothing to look for in the log: they agree, or the answer is far
+    from both.
     """
     reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return None
     inertia = grade.inertia
     value = grade.reported_inertia or 0.0
-    d = grade.d or 0.0
-    disagree = d > FAR
+    disagree = (grade.d or 0.0) > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
-    u_of_log = share * inertia
-    far = reference.zeta(inertia, u_of_log)
+    far = reference.zeta(inertia, share * inertia)
     u = min(share, yardsticks.COARSEST) * value
     wrong_log = disagree and _is_answer_nearer(reference, inertia, value, u)
     if not wrong_log and (disagree or far <= LOOKED_AT):
         return None
-    return _Doubt(reference, inertia, value, far, wrong_log)
+    return Disagreement(reference, inertia, value, far, wrong_log)
 
 
 def _is_answer_nearer(
     reference: yardsticks.Reference, inertia: float, value: float, u: float
 ) -> bool:
     """Return whether an answer agrees with the reference, and its log does not."""
-    zeta = reference.zeta(value, u)
-    agrees = zeta <= AGREES
+    agrees = reference.zeta(value, u) <= AGREES
     expected = reference.inertia
     away_of_log = abs(inertia - expected)
     away_of_answer = abs(value - expected)
     return agrees and away_of_log > MUCH * away_of_answer
-
-
-def is_doubtful(grade: Grade, references: References) -> bool:
-    """Return whether `reconsider` would look into the log."""
-    return _doubt(grade, references) is not None
 
 
 def reconsider(
@@ -527,7 +520,7 @@ def reconsider(
     from gyrodata.analysis import fit_log
 
     rubric = standard.rubric
-    doubt = _doubt(grade, standard.references)
+    doubt = find_disagreement(grade, standard.references)
     if doubt is None:
         return grade
     try:
@@ -559,7 +552,9 @@ def _known_of(grade: Grade) -> dict[str, Any]:
     return {name: getattr(grade, name) for name in names}
 
 
-def _with_question(grade: Grade, doubt: _Doubt, kinds: Sequence[Mistake]) -> Grade:
+def _with_question(
+    grade: Grade, doubt: Disagreement, kinds: Sequence[Mistake]
+) -> Grade:
     """Ask a person to look at a log, and tell the student which mistakes explain it."""
     factor = factor_text(doubt.inertia / doubt.reference.inertia)
     look = (
@@ -590,8 +585,7 @@ def added_up(grade: Grade) -> Grade:
         why = "; ".join(reasons) if grade.own else grade.why
         return replace(grade, status="not graded", why=why, points=None)
     total = sum(mark.points or 0.0 for mark in grade.marks)
-    left = total - grade.late_deduction
-    left = max(0.0, left)
+    left = max(0.0, total - grade.late_deduction)
     status: Status = "so far" if open_marks else "graded"
     return replace(grade, status=status, why=None, points=round(left, 2))
 
@@ -764,6 +758,8 @@ def _note_on_answer(
         problem = answers.inertia.problem
     if handed_in.inertia is not None:
         words = _words_of_answer(handed_in.inertia, problem, handed_in)
+        if answers.of_gyro:
+            return Diagnostic.named("answer_of_gyro", file, handed_in.line, words=words)
         return Diagnostic.named("answer_read", file, handed_in.line, words=words)
     files = sorted(shown(PurePosixPath(member).name) for member in submission.members)
     words = f"no I_zz is found in {listing(files)}"

@@ -209,8 +209,7 @@ class Desk(Struct, frozen=True):
         name = self.value(item.student, CORRECTED)
         if name is None:
             return item
-        path = self.folder / name
-        path = path.resolve()
+        path = Path(self.folder, name).resolve()
         return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
     def applied(
@@ -286,13 +285,13 @@ def _with_points(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     """Give the total and the bonus that a person decided, or no points."""
     if total := decisions.get("total"):
         points = _points_in(total)
-        grade = replace(grade, status="graded", points=points)
-        grade = replace(grade, why=None, late_deduction=0.0)
+        grade = replace(
+            grade, status="graded", points=points, why=None, late_deduction=0.0
+        )
     bonus = decisions.get("bonus")
     if bonus is not None and grade.points is not None:
         added = read_number(bonus.value) or 0.0
-        points = grade.points + added
-        points = max(0.0, round(points, 2))
+        points = max(0.0, round(grade.points + added, 2))
         grade = replace(grade, points=points)
     if "excuse" in decisions:
         return replace(grade, status="excused", why=None, points=None)
@@ -475,33 +474,46 @@ def _student(name: str, known: Known) -> str:
 
 
 def keys_of(name: str, known: Known) -> list[str]:
-    """Return the keys of all students with a name."""
-    for form in forms_of(name):
+    """Return the keys of all students with a name, in any way of writing it.
+
+    With known = {"doe, jane": ["7"], "doe jane": ["7"]}, "Jane Doe" gives ["7"]; an
+    unknown name gives [].
+    """
+    for form in (*forms_of(name), *_user_names(name)):
         if form in known:
             return sorted(set(known[form]))
     return []
 
 
-def forms_of(name: str) -> list[str]:
-    """List the forms of a name in small letters.
+def forms_of(name: str) -> tuple[str, str]:
+    """Return a name in small letters without accents, and its words in order.
 
-    They are the name as it is, its words in order, and its words joined in any order.
+    By the second form, two ways of writing are one person:
 
-    Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
+    >>> forms_of("Doe, Lucía")
+    ("doe, lucia", "doe lucia")
+    >>> forms_of("Lucia Doe")
+    ("lucia doe", "doe lucia")
     """
-    # "Lucía" is "Lucia" in many lists.
-    folded = name.casefold()
-    signs = unicodedata.normalize("NFD", folded)
-    name = "".join(sign for sign in signs if not unicodedata.combining(sign))
-    words = "".join(sign if sign.isalnum() else " " for sign in name).split()
-    joined = []
-    if 1 < len(words) < 5:
-        joined = ["".join(some) for some in permutations(words)]
-    return [name, " ".join(sorted(words)), *joined]
+    signs = unicodedata.normalize("NFD", name.casefold())
+    plain = "".join(sign for sign in signs if not unicodedata.combining(sign))
+    words = "".join(sign if sign.isalnum() else " " for sign in plain).split()
+    return plain, " ".join(sorted(words))
+
+
+def _user_names(name: str) -> list[str]:
+    """List the names that a platform may make of a name: "doejane", "janedoe"."""
+    words = forms_of(name)[1].split()
+    if not 1 < len(words) < 5:
+        return []
+    return ["".join(some) for some in permutations(words)]
 
 
 def read_number(text: str) -> float | None:
-    """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark."""
+    """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark.
+
+    "1,5" is 1.5, "1.234,5" is 1234.5, and "1,234" is 1.234; None for "ex" or "1_5".
+    """
     whole, mark, last = text.replace(",", ".").rpartition(".")
     try:
         number = float(f"{whole.replace('.', '')}{mark}{last}")
@@ -621,15 +633,15 @@ class Offer(Struct, frozen=True):
 def in_general(why: str) -> str:
     """Return the part of a reason that other students share.
 
-    It consists of the words before the numbers and details of the reason.
+    It consists of the words before the details, without numbers: of "the reported I_zz
+    is 9.1 u from the runs, and no …", "the reported I_zz is … u from the runs".
     """
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     if why.startswith("the file "):
         why = why.partition(": ")[2] or why
     without_numbers = re.sub(r"\b\d[\d.e+-]*", "…", why)
-    first = re.split(r"[,;:(]", without_numbers, maxsplit=1)[0]
-    return first.strip()
+    return re.split(r"[,;:(]", without_numbers, maxsplit=1)[0].strip()
 
 
 def find_offers(
@@ -641,8 +653,7 @@ def find_offers(
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
-    every = _offers(class_grades, by_hand)
-    different = dict.fromkeys(every)
+    different = dict.fromkeys(_offers(class_grades, by_hand))
     offers = filter(class_grades.desk.waits, different)
     by_reason = grouped((offer.reason, offer) for offer in offers)
     return list(chain.from_iterable(by_reason.values()))

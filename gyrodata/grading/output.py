@@ -101,6 +101,7 @@ def write_results(
     contain the name of a student.
     """
     names = feedback_names(class_grades)
+    pages = {key: f"{FEEDBACK}/{name}.html" for key, name in names.items()}
     files = {}
     for submission in class_grades.submissions.items:
         own = [basename(file) for file in submission.files_to_read]
@@ -108,14 +109,9 @@ def write_results(
     yield from _keep_table(folder, class_grades.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(class_grades, filled.by_hand if filled else ())
     if anonymous:
-        page = class_page(class_grades.without_names(), lambda _: "", offers, None)
+        page = class_page(class_grades.without_names(), {}, offers, None)
     else:
-        page = class_page(
-            class_grades,
-            lambda student: f"{FEEDBACK}/{names[student]}.html",
-            offers,
-            folder,
-        )
+        page = class_page(class_grades, pages, offers, folder)
     texts = {
         ledger.TODO: ledger.todo_csv(offers, class_grades.names, files),
         TABLE: class_grades.table,
@@ -146,11 +142,14 @@ FEEDBACK, ARCHIVE, ENDINGS = "feedback", "feedback.zip", (".html", ".md")
 def feedback_names(class_grades: ClassGrades) -> dict[str, str]:
     """Name the feedback of each student, without ending; equal names get a number.
 
-    The names are those that the platform accepts, unless no system can write them.
+    The names are those that the platform accepts, unless no system can write them; a
+    student who handed in nothing has none.
     """
     names = dict[str, str]()
     taken = set[str]()
     for item in class_grades.submissions.items:
+        if not item.feedback_stem:
+            continue
         # With room for an ending, a number, and the digest of a page that is kept.
         parts = item.feedback_name.split("/")
         plain = "/".join(file_name(part, room=32) for part in parts)
@@ -175,6 +174,8 @@ def write_feedback(class_grades: ClassGrades, folder: Path) -> list[str]:
     digests: dict[str, bytes] = {}
     kept: list[str] = []
     for grade in class_grades.grades:
+        if grade.student not in names:
+            continue
         content = repr((__version__, encode(grade))).encode()
         pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
         digest = _digest(content).encode()

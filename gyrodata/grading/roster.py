@@ -33,6 +33,8 @@ IDS = (
     *_MAIL,
 )
 NAMES = ("name", "full name", "student name", "student")
+TEST_STUDENT = "Student, Test"
+"""The name in a gradebook of Canvas with which an instructor tries the course."""
 
 
 class Person(NamedTuple):
@@ -45,6 +47,11 @@ class Person(NamedTuple):
     partners: str  # as written
     ids: tuple[str, ...]  # all ids and addresses of the row
     grader: str = ""
+
+    @property
+    def words(self) -> str:
+        """The words of the name in order: "doe jane"."""
+        return forms_of(self.name)[1]
 
 
 NOBODY = Person("", "", "", "", "", ())
@@ -78,17 +85,16 @@ class Roster(Struct, frozen=True):
         """
         person = self.people.get(grade.student, NOBODY)
         decided = station_key(station or "")
-        listed = station_key(person.station)
-        station = decided or grade.station or listed or None
+        station = decided or grade.station or station_key(person.station) or None
         name = person.name or grade.name
         return replace(grade, name=name, section=person.section, station=station)
 
     def who_is_meant(self, items: Iterable[Submission]) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address.
 
-        They are listed by each form of the name, as `forms_of` lists the forms.
-
-        A key means only its own student.
+        They are by the `forms_of` the name: those of "Doe, Jane" with the key "7" are
+        {"doe, jane": ["7"], "doe jane": ["7"], "7": ["7"]}. A key means only its own
+        student.
         """
         people = (*self.people.values(), *self.absent)
         called = [(person.student, (person.name, *person.ids)) for person in people]
@@ -101,7 +107,7 @@ class Roster(Struct, frozen=True):
             (student, name.removesuffix(f" ({student})")) for student, name in pairs
         ]
         meant = grouped(
-            (form, student) for student, name in pairs for form in forms_of(name)[:2]
+            (form, student) for student, name in pairs for form in forms_of(name)
         )
         return meant | grouped((student.casefold(), student) for student, _ in called)
 
@@ -115,7 +121,8 @@ _ONESELF = r"(?i)(?:me|myself|I|ich|moi|yo|io|ik|ja|eu|jag)?"
 def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe".
 
-    Also return unknown names.
+    Also return the names of nobody, or of several students: if "7" is Jane Doe, the
+    text "Jane Doe & Max" gives ({"7"}, ["Max"]), and "alone" gives (set(), []).
     """
     if re.fullmatch(SAYS["alone"], text):
         return set(), []
@@ -238,11 +245,7 @@ def _read_rows(data: bytes, name: str) -> list[dict[str, str]]:
 
 
 def _person(cells: Mapping[str, str]) -> Person | None:
-    """Read one row; None for a row of no student.
-
-    Such rows of Canvas contain points possible or test students: they have a title and
-    no number.
-    """
+    """Read one row; None for a row of no student."""
     names = [cells[column] for column in NAMES if cells.get(column)]
     both = f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
     name = next(iter([*names, both]))
@@ -251,13 +254,22 @@ def _person(cells: Mapping[str, str]) -> Person | None:
     ids = [re.sub(r"^\D+ (\d+)$", r"\1", text) for text in written]
     if not ids:
         ids = [name]
-    if ids == [""] or ("id" in cells and not cells["id"]):
+    if ids == [""] or _is_of_platform(cells, name):
         return None
     section = cells.get("section", "")
     station = cells.get("station", "")
     partner = cells.get("partner", "")
-    grader = cells.get("grader", "") or cells.get("ta", "")
+    grader = cells.get("grader") or cells.get("ta", "")
     return Person(ids[0], name, section, station, partner, tuple(ids), grader)
+
+
+def _is_of_platform(cells: Mapping[str, str], name: str) -> bool:
+    """Return whether a row of Canvas is of no student.
+
+    The points possible have no number, and the test student none of the school.
+    """
+    is_test = name == TEST_STUDENT and cells.get("sis user id") == ""
+    return cells.get("id") == "" or is_test
 
 
 def _students_by_id(submissions: Submissions) -> dict[str, str]:
@@ -285,7 +297,7 @@ def _find_by_name(
     A name only means a student whose id is in no other row, here `by_id`.
     """
     meant = EVERYBODY.who_is_meant(submissions.items)
-    rows_of = grouped((forms_of(person.name)[1], person.student) for person in rows)
+    rows_of = grouped((person.words, person.student) for person in rows)
     people: dict[str, Person] = {}
     absent = []
     unclear: dict[str, str] = {}
@@ -293,7 +305,7 @@ def _find_by_name(
         called = (set(keys_of(known, meant)) for known in (*person.ids, person.name))
         free = (keys - by_id.keys() - people.keys() for keys in called)
         students = next(filter(None, free), set())
-        rivals = rows_of[forms_of(person.name)[1]]
+        rivals = rows_of[person.words]
         if not students:
             absent.append(person)
         elif len(students) == len(rivals) == 1:

@@ -57,7 +57,7 @@ Time = Annotated[
 
 
 def seconds_of(duration: str) -> float:
-    """Read a duration [s]."""
+    """Read a duration [s]: "2 days" is 172,800."""
     number, unit, *_ = re.findall(r"[\d.]+|[a-z]", duration)
     seconds = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
     return float(number) * seconds[unit]
@@ -118,7 +118,9 @@ def judge_lateness(
 ) -> Lateness:
     """Compute how many of `whole` points a late submission loses.
 
-    Only the marks and time stamps of the submission are used.
+    With a tier until = "1 day", deduct = "10 %", two hours late cost 2 of 20 points:
+    Lateness(7200.0, 2.0, "2 h late", False). Only the marks and time stamps of the
+    submission are used.
     """
     if rule is None:
         return _lateness_without_rule(submission)
@@ -230,29 +232,26 @@ CONDITION = (
     rf"(?:(?P<sign><=|>=|≤|≥)\s*(?P<bound>{_NUMBER})|(?P<word>in|outside)\s+"
     rf"(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER}))\s*$"
 )
-_OPPOSITE = {
-    "<=": ">= NUMBER",
-    ">=": "<= NUMBER",
-    "in": "outside LOW..HIGH",
-    "outside": "in",
-}
+_OPPOSITE = {"<=": ">=", ">=": "<=", "in": "outside"}
+"""By the relation of `full`, that of `zero`."""
+_ENDS = {">=": ">= NUMBER", "<=": "<= NUMBER", "outside": "outside LOW..HIGH"}
 
 
 class Curve(NamedTuple):
     """Share of the points as a function of a variable.
 
-    The share is 1 in `full`, 0 outside `zero`, and linear in between.
+    The share is 1 in `full`, 0 outside `some`, and linear in between. Of the conditions
+    full = "d <= 1" and zero = "d >= 3", `full` is (-inf, 1) and `some` is (-inf, 3): a
+    d of 2 has a share of 0.5.
     """
 
     variable: str
-    full: tuple[
-        float, float
-    ]  # lower and upper end of the values with all points; infinite if there is none
-    zero: tuple[float, float]  # ends of the values with some points
+    full: tuple[float, float]  # ends of the values with all points
+    some: tuple[float, float]  # ends of the values with any points
 
     def share(self, value: float) -> float:
         """Return the share of the points for a value."""
-        (low, high), (least, most) = self.full, self.zero
+        (low, high), (least, most) = self.full, self.some
         if low <= value <= high:
             return 1.0
         # The value may be "not a number", and the two ends may be equal.
@@ -265,24 +264,35 @@ class Curve(NamedTuple):
         return max(0.0, share)
 
 
-def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
-    """Read a condition.
+class Condition(NamedTuple):
+    """A condition of a rubric: "ratio in 0.5..2" is ("ratio", "in", 0.5, 2.0).
 
-    Return its variable, "<=", ">=", "in" or "outside", and the ends, infinite if there
-    is none.
+    Of "d <= 0.6", both numbers are 0.6.
     """
+
+    variable: str
+    relation: str  # "<=", ">=", "in" or "outside"
+    low: float
+    high: float
+
+    def ends(self, relation: str) -> tuple[float, float]:
+        """Return the ends of the values with this `relation` to the numbers."""
+        least = -math.inf if relation == "<=" else self.low
+        most = math.inf if relation == ">=" else self.high
+        return least, most
+
+
+def parse_condition(text: str, key: str) -> Condition:
+    """Read the condition of a `key`; raise UnfitError if it is none."""
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
     sign = (match["sign"] or "").replace("≤", "<=").replace("≥", ">=")
-    relation = match["word"] or sign
     low = float(match["low"] or match["bound"])
     high = float(match["high"] or match["bound"])
     if match["word"] and low >= high:
         raise unfit("condition_unclear", key, text=text)
-    least = -math.inf if relation == "<=" else low
-    most = math.inf if relation == ">=" else high
-    return match["name"], relation, least, most
+    return Condition(match["name"], match["word"] or sign, low, high)
 
 
 # --- the file ---
@@ -336,27 +346,28 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
 
     @cached_property
     def curve(self) -> Curve:
-        """Share of the points as a function of a variable."""
+        """Share of the points as a function of a variable, by `full` and `zero`."""
         if self.check == "manual":
             return Curve("", (0.0, 0.0), (0.0, 0.0))
         kind = KINDS[self.check]
         zero = parse_condition(self.zero, "zero")
-        name, relation, low, high = parse_condition(self.full, "full")
+        full = parse_condition(self.full, "full")
+        name = full.variable
         known = (kind.full.split()[0], *kind.variables)
-        opposite = _OPPOSITE[relation]
         if name not in known:
             values = {"name": name, "check": self.check, "known": " or ".join(known)}
             raise unfit("condition_of_other_check", "full", **values)
-        # "zero" says from which value on there are no points; the other end is
-        # infinite.
-        least = {"<=": -math.inf, ">=": zero[3]}.get(relation, zero[2])
-        most = {"<=": zero[2], ">=": math.inf}.get(relation, zero[3])
-        is_opposite = zero[:2] == (name, opposite.split()[0])
-        if not is_opposite or least > low or most < high:
+        opposite = _OPPOSITE.get(full.relation)
+        if opposite is None:
+            raise unfit("full_outside", "full", full=self.full, name=name)
+        ends = full.ends(full.relation)
+        some = zero.ends(full.relation)
+        is_farther_out = some[0] <= ends[0] and ends[1] <= some[1]
+        if zero[:2] != (name, opposite) or not is_farther_out:
             both = {"zero": self.zero, "full": self.full}
-            values = {"name": name, "opposite": opposite}
+            values = {"name": name, "opposite": _ENDS[opposite]}
             raise unfit("conditions_do_not_fit", "full", **both, **values)
-        return Curve(name, (low, high), (least, most))
+        return Curve(name, ends, some)
 
     @property
     def rule(self) -> str:
@@ -499,20 +510,20 @@ def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnos
     for item in submissions.items:
         for name in (item.student, item.name, *item.ids.values()):
             known[name.casefold()] = name
-    diagnostics: list[Diagnostic] = []
     if rubric.late is None:
-        return diagnostics
-    for exception in rubric.late.exceptions:
-        student = exception.student
-        if student.casefold() not in known:
-            hint = "write the name, key or id of a student"
-            values = {
-                "student": student,
-                "near": nearest(student, known.values(), hint),
-            }
-            note = Diagnostic.named("exception_for_nobody", rubric.name, **values)
-            diagnostics.append(note)
-    return diagnostics
+        return []
+    named = [exception.student for exception in rubric.late.exceptions]
+    hint = "write the name, key or id of a student"
+    return [
+        Diagnostic.named(
+            "exception_for_nobody",
+            rubric.name,
+            student=student,
+            near=nearest(student, known.values(), hint),
+        )
+        for student in named
+        if student.casefold() not in known
+    ]
 
 
 def rubric_shape() -> dict[str, Any]:

@@ -82,10 +82,10 @@ def _explained(
     if isinstance(cause, UnfitError):
         return cause.diagnostic, (*path, *cause.path)
     value = reduce(getitem, path, values)
-    samples = samples_of(kind)
     what, _, field = message.rstrip("`").partition(" field `")
-    names = [part for part in path if isinstance(part, str)]
-    key = field or next(reversed(names), "")
+    names = [part for part in (*path, field) if part and isinstance(part, str)]
+    head, key = ["", "", *names][-2:]
+    samples = samples_of(kind, head)
     if what == "Object contains unknown":
         # A key that is there already is not proposed: it would then be there twice.
         free = [sample for sample in samples if sample not in value]
@@ -157,19 +157,29 @@ def _marks(text: str, name: str) -> list[re.Match[str]]:
     return [*re.finditer(head, text)] or [*re.finditer(key, own)]
 
 
-def samples_of(kind: type) -> dict[str, list[Any]]:
-    """Return the words or examples that can be written for each key.
+def samples_of(kind: type, head: str) -> dict[str, list[Any]]:
+    """Return the words or examples that can be written for each key of a table.
 
-    The keys are those of a record and of all records in it.
+    `head`: The key of the table in a record, such as "late"; else that of the record.
     """
     samples: dict[str, list[Any]] = {}
-    for table in schema(kind)["$defs"].values():
-        for key, shape in table.get("properties", {}).items():
-            known = samples.setdefault(key, [])
-            for part in (shape, *shape.get("anyOf", ())):
-                known += part.get("enum", part.get("examples", ()))
-            words = shape.get("items", {}).get("enum")
-            known += [words] if words else []
-    for key, known in samples.items():
-        samples[key] = [item for at, item in enumerate(known) if item not in known[:at]]
+    for key, shape in _keys_below(kind, head).items():
+        known = []
+        for part in (shape, *shape.get("anyOf", ())):
+            known += part.get("enum", part.get("examples", ()))
+        words = shape.get("items", {}).get("enum")
+        samples[key] = known + ([words] if words else [])
     return samples
+
+
+def _keys_below(kind: type, head: str) -> Mapping[str, Any]:
+    """Return the keys of the table that follows `head`, by the JSON Schema."""
+    tables = schema(kind)["$defs"]
+    name = kind.__name__
+    for table in tables.values():
+        place = json.dumps(table["properties"].get(head))
+        _, is_table, rest = place.partition('"#/$defs/')
+        if is_table:
+            name = rest.partition('"')[0]
+    keys: Mapping[str, Any] = tables[name]["properties"]
+    return keys

@@ -86,8 +86,9 @@ def each_log_once(
 ) -> list[Grade]:
     """Return a grade for each different log, however many students hand it in.
 
-    `same_data`: Groups of students with the same data: partners, and those whose logs
-    are flagged. The first student of each counts.
+    Logs are equal if station, I_zz and u are. `same_data`: Groups of students with the
+    same data: partners, and those whose logs are flagged. Of ["ann", "bob"] and
+    ["bob", "cat"], "ann" and "cat" count, because "bob" is in the group of "ann".
     """
     groups_of = grouped(
         (student, number) for number, some in enumerate(same_data) for student in some

@@ -35,6 +35,7 @@ from places import DATA
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
+from gyrodata.grading.exports import gradebooks
 from gyrodata.grading.exports.gradebooks import fill_book
 from gyrodata.grading.exports.gradescope import results_json
 from gyrodata.grading.exports.pages import feedback_pages
@@ -168,7 +169,10 @@ WRITERS: dict[str, tuple[Callable[[Rows], bytes], str, str]] = {
 
 @pytest.mark.parametrize("writer", WRITERS)
 @pytest.mark.parametrize("book", BOOKS)
-def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> None:
+def test_only_grades_and_comments_of_a_book_change(
+    book: str, writer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gradebooks, "feedback_comment", lambda _: "Well <done>\nJane")
     write, encoding, part = WRITERS[writer]
     before = exported(book)
     after = [
@@ -192,9 +196,7 @@ def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> No
         "the program itself has kept every cell"
     )
     assignment = {"canvas": "123456"}.get(book)
-    found = fill_book(
-        data, "book.csv", grades, assignment, comment=lambda grade: "Well <done>\nJane"
-    )
+    found = fill_book(data, "book.csv", grades, assignment=assignment)
     assert found.file == f"{book.split()[0]}.csv"
     assert rows_of(found.data.decode(encoding), part) == after
     assert found.data[:3] == data[:3]

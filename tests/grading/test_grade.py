@@ -305,6 +305,11 @@ def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
         20,
         ("marked late, but nothing says by how much",),
     )
+    waiting = grade(b"", rubric, late=True, late_seconds=7200.0)
+    for text in feedback_pages(waiting).values():
+        assert "You have not lost points" in text
+        assert "2 h late." in text
+        assert "taken off" not in text
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from grading.classes import make_folder
 from grading.test_pdf_reports import scanned
 from typer.testing import CliRunner
 
+import gyrodata
 from gyrodata.cli import app, schema
 
 STUDENT = draw(3, 5)
@@ -60,6 +61,15 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
             reported.get("u"),
         ), habit
         assert (read["inertia"] is None) == (habit == "PDF") == bool(code), habit
+
+
+def test_an_answer_in_a_report_of_gyro_alone_is_a_warning(tmp_path: Path) -> None:
+    page = gyrodata.analyze(LOG.encode())._repr_markdown_()
+    files = {"lab.csv": LOG, "report.md": page}
+    document, code = told(make_folder(tmp_path / "mine", files))
+    (note,) = (one for one in document["diagnostics"] if one["code"] == "G719")
+    assert (note["severity"], code) == ("warning", 1)
+    assert "only a report of gyro analyze contains an answer" in note["message"]
 
 
 @pytest.mark.parametrize(

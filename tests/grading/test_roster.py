@@ -5,6 +5,7 @@ those who handed in nothing.
 import csv
 import io
 import json
+import zipfile
 from pathlib import Path
 
 import jsonschema
@@ -20,6 +21,7 @@ CANVAS = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
 "Adler, Nina",7,,,Mon A,
 "Baker, Tom",8,,,Tue B,
 "Cole, Ida",9,,,Mon A,
+"Student, Test",10,,0f3b,Mon A,
 """
 OWN = (
     "student;name;section;station;partner\nadlernina;Nina Adler;Mon;4;bakertom\n"
@@ -77,12 +79,21 @@ def test_gradebook_gives_names_sections_and_who_is_absent(root: Path) -> None:
     assert [
         one for one in ("<h3>Mon A (1)</h3>", "<bdi>Cole, Ida</bdi>") if one not in page
     ] == []
-    (root.parent / "grades" / "desk.csv").write_text(
-        'student,what,value\n"Baker, Tom",total,3\n', encoding="utf-8"
+    assert "Student, Test" not in told
+    grades = root.parent / "grades"
+    (grades / "desk.csv").write_text(
+        'student,what,value\n"Baker, Tom",total,3\n"Cole, Ida",total,0\n',
+        encoding="utf-8",
     )
-    assert grade(root, *book)[0]["8"]["total"] == "3.00", (
-        "a person is known by the roster's name too"
-    )
+    rows, page, told = grade(root, *book)
+    assert told.count("by hand: ") == told.count("by hand: total") == 2
+    assert page.count('href="feedback/') > 0
+    assert 'href="feedback/9' not in page
+    assert rows["8"]["total"] == "3.00", "a person is known by the roster's name too"
+    assert rows["9"]["total"] == "0.00"
+    with zipfile.ZipFile(grades / "feedback.zip") as archive:
+        owners = {name.split("_")[0] for name in archive.namelist()}
+    assert owners == {"adlernina", "bakertom"}, "no page for those without a submission"
 
 
 @pytest.mark.slow

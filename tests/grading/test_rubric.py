@@ -89,6 +89,11 @@ def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
     ("text", "told"),
     [
         (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is not a condition"),
+        (
+            HEAD.replace("own_data", "uncertainty")
+            + 'full = "ratio outside 0.5..2"\nzero = "ratio in 0.2..8"\n',
+            "gives all points to values that are far out",
+        ),
         (HEAD.replace("= 4", "= nan"), "points = NaN cannot be used"),
         (HEAD.replace("izz", "total"), '"total" cannot be the id of a criterion'),
         (
@@ -106,6 +111,11 @@ def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
         (
             HEAD + RULES["LATE"].replace("15 min", "1 fortnight"),
             'grace = "1 fortnight" cannot be used',
+        ),
+        (HEAD + "[late]\ngrase = '1 h'\n", "did you mean grace?"),
+        (
+            HEAD + "grase = '1 h'\n",
+            "\"grase\" is not known here\n   grase = '1 h'\n   ^^^^^  take it out",
         ),
         ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
     ],

@@ -50,8 +50,7 @@ def grades_csv(class_grades: ClassGrades) -> str:
         }
     for grade in class_grades.grades:
         flags = class_grades.flags_of.get(grade.student, ())
-        student = grade.student
-        rows[student] = _cells(grade, flags)
+        rows[grade.student] = _cells(grade, flags)
     first = class_grades.grades[0]
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
     possible["name"] = f"graded by gyrodata {__version__}"
@@ -161,8 +160,7 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
         change = _change(student, old.get(student), new.get(student))
         if change is not None:
             changes.append(change)
-    largest_first = sorted(changes, key=_size, reverse=True)
-    return tuple(largest_first)
+    return tuple(sorted(changes, key=_size, reverse=True))
 
 
 Row = dict[str, str]
@@ -176,8 +174,7 @@ def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     name = (now or was or {}).get("name") or student
     if was is None or now is None:
         return Change(student, name, before, after, ())
-    changed = _changed_cells(was, now)
-    parts = tuple(changed)
+    parts = tuple(_changed_cells(was, now))
     is_same_person = was["name"] == now["name"]
     if before == after and is_same_person and not parts:
         return None
@@ -325,8 +322,9 @@ def grades_document(
     count = len(class_grades.grades)
     submissions = class_grades.submissions
     source = class_grades.source
-    mean = class_grades.mean
-    median = class_grades.median
+    summary = ClassSummary(
+        graded, count - graded, class_grades.mean, class_grades.median
+    )
     absent = [
         AbsentPerson(person.student, person.name, person.section)
         for person in class_grades.roster.absent
@@ -335,7 +333,7 @@ def grades_document(
         input=ClassInput(source, submissions.lms, count, rubric.name, rubric.digest),
         title=rubric.title,
         out_of=rubric.points,
-        summary=ClassSummary(graded, count - graded, mean, median),
+        summary=summary,
         criteria=tuple(class_grades.criteria()),
         sections=tuple(class_grades.sections),
         stations=class_grades.stations,

@@ -17,7 +17,7 @@ import csv
 import html
 import io
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -25,6 +25,7 @@ from gyrodata.base.errors import InputError
 from gyrodata.grading.exports.pages import feedback_comment
 from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.ledger import read_number
+from gyrodata.grading.roster import TEST_STUDENT
 from gyrodata.readings import listing
 
 Ours = Mapping[str, Collection[str] | None]
@@ -78,17 +79,17 @@ def fill_book(
     data: bytes,
     name: str,
     grades: Collection[Grade],
+    *,
     assignment: str | None = None,
     ids: Mapping[str, Mapping[str, str]] = {},
     ours: Ours | None = None,
-    comment: Callable[[Grade], str] = feedback_comment,
 ) -> Filled:
-    """Write grades into the sheet that a platform exported.
+    """Write grades, and comments if it has a column for them, into an exported sheet.
 
     `assignment`: Title or number of the column, if there are several. `ids`:
     `Submission.ids` of each student. `ours`: Other totals stay, because a person has
-    set them; None: all are overwritten. `comment`: Gives a plain text for the student.
-    Raises InputError for a sheet that cannot be filled.
+    set them; None: all are overwritten. Raises InputError for a sheet that cannot be
+    filled.
     """
     sheet = read_sheet(data, name)
     is_canvas = sheet.head[0].lower().startswith(("student", "lastname"))
@@ -96,7 +97,7 @@ def fill_book(
     layout = _worksheet(sheet, rows) if rows else _columns(sheet, assignment)
     _insist_on_points(sheet, layout, next(iter(grades)).out_of)
     filled = Filled(f"{layout.lms}.csv")
-    filling = _Filling(sheet, layout, filled, ours, comment)
+    filling = _Filling(sheet, layout, filled, ours)
     others = dict(layout.labels)  # rows of nobody who is graded
     for grade in sorted(grades, key=lambda grade: grade.student):
         rows_of_grade = _rows_of(layout, grade, ids.get(grade.student, {}))
@@ -109,7 +110,9 @@ def fill_book(
         for row in rows_of_grade:
             others.pop(row, None)
             filling.write(grade, row)
-    filled.skipped += [(label, "has no submission") for label in others.values()]
+    missing = dict.fromkeys(others.values(), "has no submission")
+    missing.pop(TEST_STUDENT, None)
+    filled.skipped += missing.items()
     filled.data = sheet.to_bytes()
     return filled
 
@@ -123,9 +126,7 @@ def _insist_on_points(sheet: Sheet, layout: _Layout, out_of: float) -> None:
     message = "worksheet_other_points" if is_worksheet else "gradebook_other_points"
     values = {"lms": layout.lms.title(), "most": layout.most, "out_of": out_of}
     column = sheet.value(0, layout.grade)
-    raise InputError.named(
-        message, sheet.name, name=sheet.name, column=column, **values
-    )
+    raise sheet.error(message, column=column, **values)
 
 
 def _has_points(grade: Grade) -> bool:
@@ -153,7 +154,6 @@ class _Filling(Struct):
     layout: _Layout
     filled: Filled
     ours: Ours | None
-    comment: Callable[[Grade], str]
 
     def skip(self, grade: Grade, why: str) -> None:
         """Note why nothing is written."""
@@ -183,8 +183,7 @@ class _Filling(Struct):
                 text = text.replace(".", ",")
             self._set(grade, row, self.layout.grade, text)
         if self.layout.comment is not None:
-            comment = self.comment(grade)
-            text = _comment_cell(comment)
+            text = _comment_cell(feedback_comment(grade))
             self._set(grade, row, self.layout.comment, text)
         if grade.student not in self.filled.filled[-1:]:
             self.filled.filled.append(grade.student)
@@ -215,8 +214,7 @@ def _comment_cell(text: str) -> str:
 
     A spreadsheet does not read a text that begins with a tag as a formula.
     """
-    escaped = html.escape(text)
-    plain = escaped.strip()
+    plain = html.escape(text).strip()
     paragraphs = re.sub(r"(?:(?<!\s)\s+)?\n\s*\n\s*", "</p><p>", plain)
     return f"<p>{paragraphs}</p>".replace("\n", "<br>")
 
@@ -249,8 +247,7 @@ def _why_refused(sheet: Sheet, layout: _Layout, row: int, points: float) -> str:
     if before.casefold() in _EXCUSED:
         return f'has "{before}" in the gradebook: excused or not assigned'
     if layout.top is not None:
-        maximum = sheet.value(row, layout.top)
-        most = read_number(maximum)
+        most = read_number(sheet.value(row, layout.top))
         if sheet.value(row, layout.top + 1).casefold() in _NO:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:
@@ -269,11 +266,8 @@ def _columns(sheet: Sheet, assignment: str | None) -> _Layout:
     columns = {title.casefold(): at for at, title in enumerate(sheet.head)}
     key = columns.get("id")
     if key is None:
-        raise InputError.named(
-            "no_book_of_canvas", sheet.name, name=sheet.name, columns=""
-        )
-    count = len(sheet.rows)
-    rows = range(1, count)
+        raise sheet.error("no_book_of_canvas", columns="")
+    rows = range(1, len(sheet.rows))
     of_maximum = [row for row in rows if "Points Possible" in sheet.value(row, 0)]
     grade = _chosen_assignment(sheet, assignment)
     most = ""
@@ -304,10 +298,8 @@ def _ids_of_rows(
 def _insist_on_open(sheet: Sheet, grade: int, most: str) -> None:
     """Raise an error if Canvas does not take grades in a column."""
     if "read only" in most.lower().replace("-", " ").replace("_", " "):
-        values = {"column": sheet.head[grade], "why": "read only"}
-        raise InputError.named(
-            "gradebook_column_locked", sheet.name, name=sheet.name, **values
-        )
+        column = sheet.head[grade]
+        raise sheet.error("gradebook_column_locked", column=column, why="read only")
 
 
 def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:
@@ -329,8 +321,7 @@ def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:
         return chosen[0]
     titles = listing([sheet.head[at] for at in names])
     shown = titles or "none with a number after its title"
-    values = {"name": sheet.name, "asked": asked, "shown": shown}
-    raise InputError.named("gradebook_column_unclear", sheet.name, **values)
+    raise sheet.error("gradebook_column_unclear", asked=asked, shown=shown)
 
 
 def _has_decimal_comma(number: str) -> bool:
@@ -356,8 +347,7 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     Columns are found by their content: the maximum is the last one with one number in
     every row, and the last column may have comments.
     """
-    count = len(sheet.head)
-    columns = range(2, count)
+    columns = range(2, len(sheet.head))
     values = {}
     numbers = []
     for at in columns:
@@ -366,9 +356,7 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
             numbers.append(at)
     if not numbers:
         listed_columns = f"; its columns are: {listing(sheet.head)}"
-        raise InputError.named(
-            "no_book_of_moodle", sheet.name, name=sheet.name, columns=listed_columns
-        )
+        raise sheet.error("no_book_of_moodle", columns=listed_columns)
     top = numbers[-1]
     labels = {}
     for row in rows:
@@ -378,8 +366,7 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     # Dates may be in the last column instead.
     last = columns[-1]
     has_comments = any(not text or text.startswith("<") for text in values[last])
-    first = top + 2
-    is_behind = last >= first
+    is_behind = last >= top + 2
     comment = last if has_comments and is_behind else None
     places = _groups_and_numbers(sheet, rows, top - 1)
     return _Layout("moodle", top - 1, most, labels, places, top, comment)
@@ -408,6 +395,10 @@ class Sheet(Struct):
     head: list[str]  # the first row, without spaces around the cells
     delimiter: str  # character between cells
     encoding: str
+
+    def error(self, message: str, **values: object) -> InputError:
+        """Return an error about the sheet."""
+        return InputError.named(message, self.name, name=self.name, **values)
 
     def value(self, row: int, column: int | None) -> str:
         """Return a cell without spaces around it; "" if the row has no such column."""

@@ -13,7 +13,7 @@ import math
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -87,9 +87,11 @@ def _distance_text(z: float | None) -> str:
 
 
 def sentence(text: object) -> str:
-    """Return one line with a capital and a full stop."""
-    line = shown(text)
-    line = line.rstrip(".")
+    """Return one line with a capital and a full stop: "no log: only a.pdf" begins "No".
+
+    A symbol stays as it is: "g is missing." has no capital.
+    """
+    line = shown(text).rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     start = line[:2]
     if len(start) == 2 and start.isascii() and start.isalpha() and start.islower():
@@ -145,6 +147,10 @@ def feedback_comment(grade: Grade) -> str:
     return template.render(_content(grade)).strip()
 
 
+_SENTENCES = ("verdict", "why", "hands", "late", "explains", "bench", "closest")
+"""Macros of words.jinja about a grade alone."""
+
+
 def _content(grade: Grade) -> dict[str, Any]:
     """Return what the templates of the feedback need."""
     if grade.status in ("on hold", "excused"):
@@ -152,16 +158,14 @@ def _content(grade: Grade) -> dict[str, Any]:
         grade = replace(
             grade, marks=(), slips=(), own={}, diagnostics=(), late_reason=""
         )
-    words: Any = environment().get_template("words.jinja").module
     short = [mark for mark in grade.marks if _is_short(mark)]
     costs = (mark.detail.get("slip_cost") for mark in grade.marks)
     cost = next((cost for cost in costs if cost is not None), None)
-    hands = [line for line in words.hands(grade).split("\n") if line]
-    lead = words.lead(grade, short).strip()
-    verdict = words.verdict(grade)
-    verdict = verdict.strip()
-    fields = {"lead": lead, "verdict": verdict, "hands": hands}
-    return {"grade": grade, "short": short, "slip_cost": cost, **fields}
+    # Called from here, the macros escape nothing; each page escapes their texts.
+    macros: Any = environment().get_template("words.jinja").module
+    words = {name: getattr(macros, name)(grade).strip() for name in _SENTENCES}
+    words["lead"] = macros.lead(grade, short).strip()
+    return {"grade": grade, "short": short, "slip_cost": cost, "words": words}
 
 
 def _is_short(mark: Mark) -> bool:
@@ -174,13 +178,13 @@ def _is_short(mark: Mark) -> bool:
 
 def class_page(
     class_grades: ClassGrades,
-    feedback: Callable[[str], str],
+    feedback: Mapping[str, str],
     offers: Sequence[Offer],
     folder: Path | None,
 ) -> str:
     """Write the page of a class.
 
-    `feedback`: Returns the path of a student's page below the folder of the class page.
+    `feedback`: The path of each student's page below the folder of the class page.
     `offers`: What needs a decision, grouped by reason. `folder`: The folder of the
     class page, for links to files to look into; None to show no names of files. All
     text from outside is escaped; the page contains no clock time. Its policy allows its
@@ -253,6 +257,7 @@ def _digest(text: str) -> str:
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:
     """Count the students with equal points, rounded to a step that gives up to 25 bars.
 
+    [2, 2, 0.9] of 2 points gives [("0", 0), ("0.1", 0), …, ("0.9", 1), …, ("2", 2)].
     No bars without students.
     """
     steps = (size * 10.0**power for power in range(-3, 9) for size in (1, 2, 5))

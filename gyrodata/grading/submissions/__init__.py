@@ -77,8 +77,10 @@ def list_submissions(
     root = Path(path)
     files = _without_reports(list_files(root))
     platform, owners = names.name_all(files, lms)
-    about, notes = _read_metadata(root, platform, owners)
-    notes = [*files.diagnostics, *notes, *_files_of_no_student(root, platform, owners)]
+    of_nobody = [name for name, owner in owners.items() if owner is None]
+    about, notes = _read_metadata(root, platform, of_nobody)
+    notes = [*files.diagnostics, *notes]
+    notes += _files_of_no_student(root, platform, of_nobody)
     items = []
     for parts in _by_student(owners, about):
         item, attempts_made = _join_attempt(files.root, parts, attempts)
@@ -92,11 +94,10 @@ def list_submissions(
 
 
 def _read_metadata(
-    root: Path, platform: str, owners: names.Named
+    root: Path, platform: str, of_nobody: Sequence[str]
 ) -> tuple[Mapping[str, dict[str, Any]], list[Diagnostic]]:
     """Return what Gradescope says about each submission, by its `feedback_stem`."""
     # A student may hand in a file with this name.
-    of_nobody = [name for name, owner in owners.items() if owner is None]
     exports = [name for name in of_nobody if name.endswith(names.EXPORT)]
     if platform != "gradescope" or not exports:
         return {}, []
@@ -110,11 +111,10 @@ def _read_metadata(
 
 
 def _files_of_no_student(
-    root: Path, platform: str, owners: names.Named
+    root: Path, platform: str, of_nobody: Sequence[str]
 ) -> list[Diagnostic]:
     """Name the files whose names say no student."""
     expected = (names.EXPORT, "/", "index.html")
-    of_nobody = [name for name, owner in owners.items() if owner is None]
     left = [shown(name) for name in of_nobody if not name.endswith(expected)]
     if not left:
         return []
@@ -199,17 +199,15 @@ def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
 
 def _no_submission(root: Path, files: Listing, lms: str) -> GyroError:
     """Return the error of a class without a submission."""
-    is_known = lms != "auto"
-    platform = names.PLATFORMS[lms if is_known else "folder"]
-    first = shown(next(iter(files.names), ""))
-    values = {"one": first, "sample": platform.sample}
-    return InputError.named(
-        "no_submission" if files.names else "class_empty",
-        root.name,
-        root=root.name,
-        lms=lms if is_known else "a platform",
-        **values,
-    )
+    if not files.names:
+        return InputError.named("class_empty", root.name, root=root.name)
+    named_by, platform = lms, lms
+    if lms == "auto":
+        named_by, platform = "a platform", "folder"
+    sample = names.PLATFORMS[platform].sample
+    values = {"root": root.name, "lms": named_by, "sample": sample}
+    first = shown(files.names[0])
+    return InputError.named("no_submission", root.name, one=first, **values)
 
 
 def _with_different_names(items: list[Submission]) -> tuple[Submission, ...]:
@@ -295,8 +293,9 @@ def _joined(
 def choose(item: Submission) -> tuple[Submission, str]:
     """Open the files of a listed submission and choose the log among them.
 
-    Also return how it was chosen among several files, or "". A log that is given
-    already, such as one that a person corrected, is kept.
+    Also return how it was chosen among several files, as in `Choice.why`, or "". A log
+    that is given already, such as one that a person corrected, is kept. Without a log,
+    the submission has a `problem`, such as "no log: only report.pdf".
     """
     if not item.parts:
         return item, ""
@@ -307,8 +306,8 @@ def choose(item: Submission) -> tuple[Submission, str]:
     named = item.parts[outer]
     texts = _texts(item.parts, own, name)
     made = replace(item, ids=named.ids, feedback_stem=named.feedback_stem)
-    made = replace(made, members=tuple(sorted(own)), report_names=texts)
-    made = replace(made, parts={}, problem=None)
+    members = tuple(sorted(own))
+    made = replace(made, members=members, report_names=texts, parts={}, problem=None)
     if item.log_name is not None:
         return made, ""
     if name:

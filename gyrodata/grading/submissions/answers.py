@@ -47,16 +47,18 @@ class Answers(Struct, frozen=True):
     file: str = ""  # name of the file with I_zz
     questions: tuple[str, ...] = ()  # to a person, about the answer
     unread: tuple[Diagnostic, ...] = ()  # each a file that cannot be read
+    of_gyro: bool = False  # whether I_zz is only in a report that gyro analyze wrote
 
 
 def read_answers(
     log: readings.Readings | None,
     reports: Iterable[Document | tuple[str, bytes]] = (),
 ) -> Answers:
-    """Find the value that the log reports, or another text if the log reports none.
+    """Find the answer: the line of the log for it, else the best value in the texts.
 
-    `reports` are the other texts, or their names and bytes. Never raises: a value that
-    cannot be read has a fault.
+    `reports` are the other texts, or their names and bytes. Of a text with "I_zz =
+    4.4 g m^2" and another with "I_zz = 4.9 g m^2", neither is taken: the fault is
+    `GIVEN_TWICE`. Never raises: a value that cannot be read has a fault.
     """
     documents = _documents(reports)
     if log is not None:
@@ -64,9 +66,9 @@ def read_answers(
     texts = [find_candidates(document) for document in documents]
     cuts = tuple(text.cut for text in texts if text.cut)
     values = [*chain.from_iterable(text.values for text in texts)]
-    named = [candidate for candidate in values if not candidate.compared]
-    stated = _stated_in(log, named)
-    chosen = stated or _best_beside(log, named)
+    possible = [candidate for candidate in values if not candidate.compared]
+    stated = _stated_in(log, possible)
+    chosen = stated or _best_beside(log, possible)
     unread = _unread(documents, has_answer=chosen is not None)
     if chosen is None:
         return Answers(questions=cuts, unread=unread)
@@ -74,9 +76,11 @@ def read_answers(
     if stated is None:
         place = {"place": chosen.place, "text": chosen.read.text}
         notes.append(Diagnostic.named("answer_elsewhere", **place))
-    doubts = [*_doubts(chosen, named), *_lost_powers(chosen)]
+    doubts = [*_doubts(chosen, possible), *_lost_powers(chosen)]
     questions = *cuts, *doubts, *_disagreements(chosen, values)
-    return Answers(chosen.read, tuple(notes), chosen.file, questions, unread)
+    return Answers(
+        chosen.read, tuple(notes), chosen.file, questions, unread, chosen.of_gyro
+    )
 
 
 def _documents(reports: Iterable[Document | tuple[str, bytes]]) -> list[Document]:
@@ -253,9 +257,10 @@ _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?")
 
 
 def version_of(name: str) -> tuple[tuple[int, int], str]:
-    """Return the rank of the version in a file name, and the name without it.
+    """Return the version in a file name, and the name without it.
 
-    The second number of the rank is that of a copy.
+    A version is its rank by `version_in`, and the number of the copy: "lab_v3.csv" is
+    ((2, 0), "lab"), "lab(1).csv" is ((0, 1), "lab"), "lab_old.csv" is ((-1, 0), "lab").
     """
     stem = PurePosixPath(name.lower()).stem
     copy = _COPY.fullmatch(stem)

@@ -163,27 +163,38 @@ def open_file(root: Path, name: str) -> IO[bytes]:
 
 
 def _list_folder(root: Path) -> Listing:
-    paths: list[str] = []
-    folders: list[str] = []
-    left_out: list[Diagnostic] = []
     errors: list[OSError] = []
+    modes, folders = _modes_below(root, errors)
+    notes = [_note_on_folder(root, error) for error in errors]
+    paths = []
+    for name, mode in modes.items():
+        if stat.S_ISLNK(mode):
+            # It may lead to the files of another student, or of the grader.
+            notes.append(Diagnostic.named("link_left_out", root.name, name=name))
+        elif stat.S_ISREG(mode) and not _STREWN.search(name):
+            paths.append(name)
+    notes.sort(key=lambda note: note.message)
+    return Listing(root, tuple(sorted(paths)), tuple(sorted(folders)[1:]), tuple(notes))
+
+
+def _modes_below(root: Path, errors: list[OSError]) -> tuple[dict[str, int], list[str]]:
+    """Return the mode of each file, link and folder by its name, and all folders.
+
+    The root is the first folder, with the name "". `errors`: Receives the errors of
+    folders that cannot be opened.
+    """
+    modes: dict[str, int] = {}
+    folders: list[str] = []
     for path, inner, files in os.walk(root, onerror=errors.append):
         below = Path(path).relative_to(root).as_posix() + "/"
         below = below.removeprefix("./")
         folders.append(below)
         inner[:] = [name for name in inner if not _STREWN.search(f"{below}{name}/")]
-        for name in (f"{below}{name}" for name in (*inner, *files)):
-            state = os.lstat(root / name)
-            if stat.S_ISLNK(state.st_mode):
-                # It may lead to the files of another student, or of the grader.
-                left_out.append(Diagnostic.named("link_left_out", root.name, name=name))
-            elif stat.S_ISREG(state.st_mode) and not _STREWN.search(name):
-                paths.append(name)
-        if len(folders) + len(paths) > MOST_FILES:
+        for name in (*inner, *files):
+            modes[f"{below}{name}"] = Path(path, name).lstat().st_mode
+        if len(modes) > MOST_FILES:
             raise _refusal(root, "class_too_large", most=str(MOST_FILES))
-    left_out += [_note_on_folder(root, error) for error in errors]
-    notes = sorted(left_out, key=lambda note: note.message)
-    return Listing(root, tuple(sorted(paths)), tuple(sorted(folders)[1:]), tuple(notes))
+    return modes, folders
 
 
 def _note_on_folder(root: Path, error: OSError) -> Diagnostic:
@@ -191,8 +202,7 @@ def _note_on_folder(root: Path, error: OSError) -> Diagnostic:
     if Path(error.filename) == root:
         raise error
     name = Path(error.filename).relative_to(root).as_posix()
-    why = error.strerror
-    return Diagnostic.named("folder_left_out", root.name, name=name, why=why)
+    return Diagnostic.named("folder_left_out", root.name, name=name, why=error.strerror)
 
 
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -209,7 +219,8 @@ def _opened(root: Path, name: str = "") -> _Contents:
 def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
     """List the files of a zip in a submission, and of zips in it.
 
-    Raises InputError.
+    Of "ann/all.zip" with lab.csv and more.zip: "ann/all.zip//lab.csv", and
+    "ann/all.zip//more.zip//report.txt" for a file in the inner one. Raises InputError.
     """
     members = list[str]()
     for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):

@@ -36,10 +36,10 @@ _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 120
 class Rank(NamedTuple):
     """How likely a value is the answer; the first difference decides."""
 
-    is_named: bool
+    is_named: bool  # words in front name I_zz or a result
     has_u: bool
-    is_result: bool
-    version: int = 0
+    is_result: bool  # words in front name a result, and no other number
+    version: int = 0  # by `version_in`
 
 
 class Candidate(Struct, frozen=True):
@@ -49,7 +49,7 @@ class Candidate(Struct, frozen=True):
     place: str
     read: Reported
     doubt: bool = False  # whether a person may not see it
-    compared: bool = False  # whether it is no answer by a word of a comparison alone
+    compared: bool = False  # no answer, by a word of a comparison alone ("close to")
     has_second_u: bool = False  # whether a total uncertainty may follow its u
     of_gyro: bool = False  # whether it is in a report that gyro analyze wrote
 
@@ -68,6 +68,11 @@ class Text(Struct, frozen=True):
 
 def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer.
+
+    >>> lines = ["By theory, I_zz = 4.5 g m^2.", "We find I_zz = 4.4 g m^2."]
+    >>> [value] = find_candidates(Document("report.txt", lines)).values
+    >>> value.read.value, value.place, value.rank.is_named, value.rank.has_u
+    (0.0044, "report.txt, line 2", True, False)
 
     Of a report of gyro, it is the first one; the others are in its tables.
     """
@@ -282,9 +287,7 @@ def _unit_behind(text: str) -> str:
 
     It is in brackets, as in "Value (10⁻³ kg m²)".
     """
-    match = re.search(
-        rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
-    )
+    match = re.search(_UNIT_AT_END, text)
     if match is None:
         return ""
     power, unit = match.groups("")
@@ -302,6 +305,7 @@ _OTHER_UNIT = (
     r"|\*\*)?[\d²³]?){1,3}"
 )
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
+_UNIT_AT_END = rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|(?<![.,;|])[.,;|]*$"
 _OTHER_VALUE = rf"[\[(][^()\[\]]{{1,60}}\d[^()\[\]]{{0,20}}(?:{_UNIT[4:]})"
@@ -316,19 +320,26 @@ _MARK = (
 
 
 class _Quantity(NamedTuple):
-    """A number that may be I_zz, and the words around it."""
+    """A number that may be I_zz, and the words around it.
+
+    Of "Our fit gives I_zz = 4.40 g m^2 for the ball, with u = 0.03 g m^2":
+
+    * `before` is "Our fit gives I_zz =";
+    * `remark` is " for the ball";
+    * `following` is " for the ball, with u = 0.03 g m^2", and some lines below.
+    """
 
     read: Reported
-    before: str  # with the name of the value
-    behind: str  # up to some lines below
-    after: str  # that still belong to the value
+    before: str  # all words since the last quantity, or the unfinished line above
+    remark: str  # up to the next number, sign or word such as "and"
+    following: str
     end: int  # place of its end in the sentence
 
     @property
     def is_denied(self) -> bool:
         """Whether words say that it is no answer; a person must look at two numbers."""
         in_front = re.search(_TWO_NUMBERS, self.before)
-        return bool(in_front or re.search(SAYS["denied"], self.behind))
+        return bool(in_front or re.search(SAYS["denied"], self.following))
 
     @property
     def is_unsure(self) -> bool:
@@ -340,11 +351,11 @@ def _candidates(
     document: Document, sentences: Sequence[tuple[int, str]]
 ) -> Iterator[Candidate]:
     """Find the quantities of sentences that may be the answer."""
-    above = heading = ""
+    unfinished = heading = ""
     for at, (number, sentence) in enumerate(sentences):
         below = [text for _, text in sentences[at + 1 : at + MOST_BELOW]]
         end = 0
-        for quantity in _quantities(sentence, number, above, below):
+        for quantity in _quantities(sentence, number, unfinished, below):
             end = quantity.end
             if not quantity.is_denied:
                 yield from _candidate(quantity, heading, document)
@@ -352,56 +363,61 @@ def _candidates(
         # A heading is above all values below it; titles of a table are in its rows
         # already.
         heading = heading if end else sentence
-        # The beginning of a sentence that goes on.
-        unfinished = re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])[-1]
-        above = "" if "|" in sentence.strip(" |") else unfinished
+        unfinished = ""
+        if "|" not in sentence.strip(" |"):
+            ends = r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$"
+            unfinished = re.split(ends, sentence[end:])[-1]
 
 
 def _quantities(
-    sentence: str,
-    number: int,
-    above: str,
-    below: Sequence[str],
+    sentence: str, number: int, unfinished: str, below: Sequence[str]
 ) -> Iterator[_Quantity]:
-    """Give the quantities of a sentence."""
+    """Give the quantities of a sentence.
+
+    `number` is that of its line, `unfinished` the end of the sentence above that it
+    goes on with, and `below` the sentences that follow.
+    """
     end, before = 0, ""
     for start in (match.start() for match in re.finditer(_START, sentence)):
         if start < end:
             continue
         words = sentence[end:start]
         if not end:
-            words = f"{above} | {words}"
-        text = sentence[start : start + _LONGEST_VALUE]
-        value = _value(text, words)
+            words = f"{unfinished} | {words}"
+        value = _value(sentence[start : start + _LONGEST_VALUE], words)
         if value is None:
             continue
         end = start + value[1]
         # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
         if not re.fullmatch(rf"[\s,|]*+{SAYS['range']}?\s*", words):
             before = words
-        behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
         rest = sentence[end:]
+        following = " | ".join([rest, *below])[:_LONGEST_SENTENCE]
         end_of_words = rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:|{_OTHER_VALUE}"
-        after = re.split(end_of_words, rest)[0]
+        remark = re.split(end_of_words, rest)[0]
         read = read_reported("inertia", value[0], number)
-        quantity = _Quantity(read, before, behind, after, end)
+        quantity = _Quantity(read, before, remark, following, end)
         # A row of an uncertainty does not get that of the next row.
-        read = with_u(read, rest if quantity.is_unsure else behind)
+        read = with_u(read, rest if quantity.is_unsure else following)
         yield quantity._replace(read=read)
 
 
 def _candidate(
     quantity: _Quantity, heading: str, document: Document
 ) -> Iterator[Candidate]:
-    """Give a quantity as an answer, unless the words around say that it is none."""
-    read, before, behind, after, _ = quantity
+    """Give a quantity as an answer, unless the words around say that it is none.
+
+    Those are words of another value (``other`` in answers.toml), words of an
+    uncertainty, or, for a value without u, words that do not name I_zz.
+    """
+    read, before, remark, following, _ = quantity
     has_u = read.u is not None
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
     # Without its own u, a value behind a word of u is an uncertainty.
     if not has_u and (quantity.is_unsure or not is_named):
         return
-    around = f"{before}\n{after}"
+    around = f"{before}\n{remark}"
     compared = re.search(SAYS["other"], around) is not None
     if compared:
         around = re.sub(SAYS["comparison"], " ", around)
@@ -411,10 +427,10 @@ def _candidate(
         is_named,
         has_u and read.fault != "wrong unit",
         is_result and not re.search(r"\d", before),
-        _version_around(before, after),
+        _version_around(before, remark),
     )
     place = f"{document.name}, line {read.line}"
-    has_second_u = re.search(SAYS["second_u"], behind) is not None
+    has_second_u = re.search(SAYS["second_u"], following) is not None
     yield Candidate(rank, place, read, document.doubt, compared, has_second_u)
 
 
@@ -425,14 +441,17 @@ _RANKS = {"draft": -1, "new": 1, "final": 98}
 
 
 def version_in(text: str) -> int:
-    """Return the rank of the version that the last of such words states."""
+    """Return the rank of the version that the last of such words states.
+
+    "old" is -1, "new" is 1, "v3" is 2, "final" is 98, and a text without them 0.
+    """
     words = [*re.finditer(SAYS["version"], text)]
     if not words:
         return 0
     return _version(words[-1])
 
 
-def _version_around(before: str, after: str) -> int:
+def _version_around(before: str, remark: str) -> int:
     """Return the rank of the version that the words around a value state.
 
     "Final results" is the title of a part, but "Corrected value:" belongs to the next
@@ -440,7 +459,7 @@ def _version_around(before: str, after: str) -> int:
     """
     belongs = re.search(r":\s*\|", before)
     in_front = before if belongs else before.rpartition(" | ")[2]
-    return version_in(in_front) or version_in(after)
+    return version_in(in_front) or version_in(remark)
 
 
 def _version(words: re.Match[str]) -> int:
@@ -479,10 +498,11 @@ def _label_of(before: str) -> _Label:
     if mark is None:
         return _Label()
     label = before[: mark.start()]
-    unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
-    name = label[: unit.start()] if unit else label
-    is_near = _names_inertia(name, near=True)
-    return _Label(name, unit[1].lstrip(" x×·*") if unit else "", is_near)
+    name, unit = label, ""
+    if match := re.search(_UNIT_AT_END, label):
+        name = label[: match.start()]
+        unit = "".join(match.groups("")).lstrip(" x×·*")
+    return _Label(name, unit, _names_inertia(name, near=True))
 
 
 def _value(text: str, before: str) -> tuple[str, int] | None:
@@ -556,7 +576,7 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 def with_u(read: Reported, behind: str) -> Reported:
     """Add the uncertainty that follows an answer in words.
 
-    An example is "with an error of 0.1e-3 kg m^2".
+    To "4.4e-3 kg m^2", `behind` may be " with an error of 0.1e-3 kg m^2".
     """
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     start = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"

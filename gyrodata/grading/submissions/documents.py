@@ -32,7 +32,18 @@ _WORDS = tomllib.loads(
     Path(__file__).with_name("answers.toml").read_text(encoding="utf-8")
 )
 _STRUCK, _MARKUP, PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
-SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
+_SHARED: Mapping[str, str] = _WORDS.pop("words")
+
+
+def _pattern(words: str | Mapping[str, str]) -> str:
+    """Return words of `answers.toml`, or a table of them, as one regular expression."""
+    text = words if isinstance(words, str) else "|".join(words.values())
+    for name, shared in _SHARED.items():
+        text = text.replace(f"{{{name}}}", shared)
+    return f"(?i:{''.join(text.splitlines())})"
+
+
+SAYS = {key: _pattern(words) for key, words in _WORDS.items()}
 """Words of reports, as regular expressions."""
 WORD = ".docx"
 MOST_LINES, LONGEST_LINE = 1000, 20_000
@@ -278,15 +289,15 @@ def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
     return "\n".join([*sources, *outputs]), doubt
 
 
-def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
-    """Separate the cells of a table by ``|``.
+def in_cells(lines: Sequence[str]) -> list[str]:
+    """Separate the cells of a table by ``|``: "4,5,6" becomes "4 | 5 | 6".
 
-    A line of prose, where a comma may be a decimal one, stays as it is.
+    A line of prose such as "I = 4,5 g m²", where a comma may be a decimal one, stays as
+    it is.
     """
     sign = max(
-        "\t;,", key=lambda delimiter: sum(line.count(delimiter) > 1 for line in table)
+        "\t;,", key=lambda delimiter: sum(line.count(delimiter) > 1 for line in lines)
     )
-    lines = table[part]
     rows = (csv.reader([line[:LONGEST_LINE]], delimiter=sign) for line in lines)
     in_bars = []
     for line, row in zip(lines, rows, strict=True):

@@ -6,7 +6,7 @@ import io
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from gyrodata import readings
 from gyrodata.base.errors import GyroError
@@ -30,13 +30,25 @@ NO_LOG = ("no log", "no files")
 _CUT = "is damaged, such as a file that was not uploaded to its end"
 
 
+class Choice(NamedTuple):
+    """The log among the files of one student, or why there is none.
+
+    Of "ann/lab.csv" and "ann/lab_v2.csv":
+    ("ann/lab_v2.csv", "lab_v2.csv is the newest; left aside: lab.csv").
+    Of "ann/report.pdf": ("", "no log: only report.pdf").
+    """
+
+    name: str  # below the class; "" without a log
+    why: str  # how it was chosen; "" if no other file may be the log
+
+
 def choose_log(
     files: Mapping[str, str], read: Callable[[str], bytes], attempts: Attempts
-) -> tuple[str, str]:
+) -> Choice:
     """Choose the log among the files of one student.
 
-    Return its name below the class, and how it was chosen among several files; or "",
-    and why there is no log.
+    A table (.csv, .tsv) is the log if it is the only one, or if their names say which
+    version is the latest. Else the files that read as a log are compared.
 
     Parameters
     ----------
@@ -55,14 +67,14 @@ def choose_log(
         chosen, how = _choose_by_content(with_columns, files, attempts)
         rivals = {name: files[name] for name in with_columns}
     if not chosen:
-        return "", how
+        return Choice("", how)
     damage = _damage_of(chosen, files[chosen], read)
     if damage:
-        return "", damage
+        return Choice("", damage)
     file = files[chosen]
     aside = sorted({*rivals.values()} - {file})
     words = f"{file} is {how}; left aside: {readings.listing(aside)}"
-    return chosen, words if aside else ""
+    return Choice(chosen, words if aside else "")
 
 
 def _damage_of(name: str, own: str, read: Callable[[str], bytes]) -> str:
@@ -105,8 +117,11 @@ def _read_as_logs(
 
 def _choose_by_content(
     with_columns: Mapping[str, bool], files: Mapping[str, str], attempts: Attempts
-) -> tuple[str, str]:
-    """Return the log and how it was chosen; or "" and why there is no log."""
+) -> Choice:
+    """Choose among the files that can be analysed, else among those with a column.
+
+    Else choose among all tables and workbooks.
+    """
     logs = {name: files[name] for name, is_ok in with_columns.items() if is_ok}
     like = {name: files[name] for name in with_columns}
     sheets = _with_endings(files, SHEETS)
@@ -117,17 +132,20 @@ def _choose_by_content(
         (sheets, "most like a log", several),
     ):
         if latest := _latest(pool, attempts):
-            return latest, how if len(pool) == 1 else "the latest by its name"
+            return Choice(latest, how if len(pool) == 1 else "the latest by its name")
         if pool:
-            return "", f"{why}: {readings.listing(sorted(pool.values()))}"
+            return Choice("", f"{why}: {readings.listing(sorted(pool.values()))}")
     if not files:
-        return "", "no files"
+        return Choice("", "no files")
     names = sorted(name.rpartition("/")[2] for name in files.values())
-    return "", f"no log: only {readings.listing(names)}"
+    return Choice("", f"no log: only {readings.listing(names)}")
 
 
 def _latest(files: Mapping[str, str], attempts: Attempts) -> str:
-    """Return the file that is called the latest version; "" without versions."""
+    """Return the latest of the versions of one file, such as "lab.csv", "lab_v2.csv".
+
+    It is the only file of one; "" for files with different names.
+    """
     versions = {version_of(own): name for name, own in files.items()}
     bases = {base for _, base in versions}
     if len(versions) < len(files) or len(bases) != 1:

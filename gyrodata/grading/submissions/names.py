@@ -8,7 +8,12 @@ autograder finds JSON; an export contains YAML written by Ruby, with symbols for
 and many megabytes of results and histories, of which only the lines with submitters and
 times are parsed.
 
-Formats: gradescope-autograders.readthedocs.io, and exports as public tools read them
+Formats of names. Canvas: lib/content_zipper.rb, lib/gradebook_importer.rb and
+lib/gradebook_exporter.rb of instructure/canvas-lms. Moodle:
+mod/assign/classes/downloader.php, feedback/file/importziplib.php,
+feedback/offline/importgradeslib.php and locallib.php of moodle/moodle. Blackboard and
+Gradescope do not publish their source: these names are from downloads. Formats of
+metadata: gradescope-autograders.readthedocs.io, and exports as public tools read them
 (``[':submitters'][0][':sid']``).
 """
 
@@ -99,8 +104,9 @@ _NO_SUBMISSION = (
 def name_all(files: Listing, lms: str) -> tuple[str, Named]:
     """Find out which platform named the files, and read each name.
 
-    `lms` is a platform or "auto". The names that are returned include folders in which
-    a student has no file.
+    "doejane_9876_5432_lab.csv" gives "canvas", and by this name a submission of the
+    student "9876", called "doejane", with the file "lab.csv". `lms` is a platform or
+    "auto". The names that are returned include folders in which a student has no file.
     """
     outer = _only_folder(files)
     if lms == "folder":
@@ -314,7 +320,8 @@ def _of_folder(
 def different(names: Mapping[str, str], others: Iterable[str] = ()) -> dict[str, str]:
     """Return names by keys; the key is added to a name that another one has too.
 
-    `others`: More names.
+    {"7": "Jane Doe", "8": "Jane Doe"} becomes
+    {"7": "Jane Doe (7)", "8": "Jane Doe (8)"}. `others`: More names.
     """
     counts = Counter([*names.values(), *others])
     shown_names = {}
@@ -334,8 +341,7 @@ def _flat_key(name: str) -> str:
 
     It is ``jdoe`` for ``jdoe.csv``, ``jdoe (1).csv`` and ``jdoe_answers.toml``.
     """
-    stem = _COPY_AND_ENDING.sub("", name) or name
-    key = stem
+    key = _COPY_AND_ENDING.sub("", name) or name
     for word in ("answers", "report"):
         is_behind = key.lower().endswith(word) and key[-len(word) - 1 :][:1] in "-_. "
         if is_behind and len(key) > len(word) + 1:

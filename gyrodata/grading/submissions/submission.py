@@ -39,7 +39,13 @@ _MOST_REPORT = 30_000_000  # bytes
 class Submission(Struct, frozen=True, dict=True):
     """The submission of one student or group.
 
-    Or one file of it, as far as its name describes it.
+    First it is only listed: `parts` contains its files, each as a submission that says
+    what the name of this file says; nothing is open. Then it is in one of three states:
+
+    * `log_name` is the log, which can be graded (`choose`);
+    * `problem` says why there is no log to grade (`choose`);
+    * `problem` and `lost` say why this run could not open the files (`unread`): the
+      next run tries again.
     """
 
     # key, unique in the class and the same in each download: the number on the
@@ -68,9 +74,9 @@ class Submission(Struct, frozen=True, dict=True):
     ] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
     lost: str = ""  # why this run could not open the files; "" if it could
-    feedback_stem: str = (
-        ""  # file (without ending) or folder under which the platform accepts feedback
-    )
+    # file (without ending) or folder under which the platform accepts feedback; "" for
+    # a student who handed in nothing: the platform accepts none
+    feedback_stem: str = ""
     # the files by their names below `source`, until the log is chosen among them; then
     # none
     parts: Mapping[str, Submission] = {}
@@ -136,8 +142,7 @@ class Submission(Struct, frozen=True, dict=True):
         reads_file(place_of(self.log_name or ""))
         if completed is not None:
             data, log = completed
-        answers = self._answers(log, name, data)
-        return log, answers
+        return log, self._answers(log, name, data)
 
     def _completed(
         self, data: bytes, log: readings.Readings, settings: Mapping[str, str]

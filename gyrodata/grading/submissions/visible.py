@@ -35,13 +35,10 @@ _MAY_HIDE = re.compile(
     r"|[;{]color:rgba\([^;)]*,0\)"
 )
 """A declaration that may hide an element, in a style without blanks."""
-_WHITE = re.compile(
-    r"[;{]color:(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff"
-    r"|rgb\((?:25[3-5][,)]){3})"
-)
+_NEARLY_WHITE = r"[;{]color:(?:white|snow|ivory|transparent|rgb\((?:25[3-5][,)]){3}"
+_WHITE = re.compile(rf"{_NEARLY_WHITE}|#?(?:f[c-f]){{3}}|#?fff)")
 _LIGHT = re.compile(
-    r"[;{]color:(?:white|snow|ivory|transparent|rgb\((?:25[3-5][,)]){3}"
-    r"|#?(?:[ef][0-9a-f]){3}(?![0-9a-f])|#?[ef]{3}(?![0-9a-f]))"
+    _NEARLY_WHITE + r"|#?(?:[ef][0-9a-f]){3}(?![0-9a-f])|#?[ef]{3}(?![0-9a-f]))"
     r"|<w:colorw:val=\"(?:[ef].){3}\"|color\{white\}"
 )
 """A color of text that is hard to see on white."""
@@ -50,11 +47,12 @@ _BACKGROUND = re.compile(
     r"|\\(?:colorbox|pagecolor))"
     r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
 )
+_NOT_PRINTED = r"\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout)"
+"""Commands of LaTeX that print nothing of their arguments."""
 _IN_PRINT = re.compile(r"@media\s+print\s*\{(?:[^{}]|\{[^{}]*\})*\}")
 _TINY = re.compile(
     r"<w:(?:sz|w)w:val=\"(?:\d|10)\"|fontsize\{[0-4](?:\.\d*)?\D|scalebox\{0"
-    r"|setbox|sbox|savebox|begin\{lrbox"
-    r"|\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout)\{"
+    rf"|setbox|sbox|savebox|begin\{{lrbox|{_NOT_PRINTED}\{{"
 )
 """Letters of Word or LaTeX that nobody reads, and what may not be printed."""
 
@@ -150,10 +148,7 @@ def of_page(text: str) -> tuple[str, bool]:
     return "".join(page.written), doubt
 
 
-_NOT_TYPESET = re.compile(
-    r"\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout)\s*\{[^{}]*\}"
-)
-"""Commands of LaTeX that print nothing of their arguments."""
+_NOT_TYPESET = re.compile(rf"{_NOT_PRINTED}\s*\{{[^{{}}]*\}}")
 _IN_WHITE = re.compile(
     r"\\textcolor\s*\{white\}\s*\{[^{}]*\}"
     r"|(?s:<w:r(?:\s[^<>]*)?>\s*<w:rPr>(?:(?!</w:r>).)*?"

@@ -9,8 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
-from gyrodata.cli.new_table import RunToFill, log_to_fill_in, shown, write_table
+from gyrodata.cli.new_table import RunToFill, log_to_fill_in, write_table
 from gyrodata.cli.options import list_option, quantity_option
+from gyrodata.physics import RPM
 
 
 def template(
@@ -75,7 +76,7 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
         are filled in.
     """
     masses = [*dict.fromkeys(weights)]
-    aims = [shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
+    aims = [f"{spin / RPM:.0f}" for spin in dict.fromkeys(spins)]
     half = masses * (len(aims) // 2)
     middle = [*masses * (len(aims) % 2), masses[0]]
     middle.insert((len(middle) + 1) // 2, 0.0)

@@ -697,7 +697,9 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     inertia = near.inertia.value + measured.added
     transverse = adjustment.transverse_inertia(measured)
     try:
-        return Top(inertia, transverse, measured.torque + m0)
+        return Top(
+            inertia=inertia, transverse_inertia=transverse, torque=measured.torque + m0
+        )
     except ValueError as error:
         raise NoFit(f"the fit gives a top that cannot exist: {error}") from None
 

@@ -33,6 +33,7 @@ from gyrodata.reporting.values import (
     inertia_range_text,
     inertia_text,
     p_text,
+    uncertainty_text,
 )
 
 if TYPE_CHECKING:
@@ -433,7 +434,7 @@ def judge_reference(
     if criterion.curve.variable == "percent":
         percent = 100 * abs(value / reference.inertia - 1)
         detail["percent"] = percent
-        far = f"{percent:.2g} %"
+        far = f"{uncertainty_text(percent)} %"
     reason = f"{words} is {far} from {reference.words}"
     if reference.is_vague:
         reason = f"{words} has no reference: {NO_STATION}"

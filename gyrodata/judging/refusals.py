@@ -63,7 +63,7 @@ def _tops(measured: Measurements, inertia: Floats) -> Top:
     if transverse is None:
         load = np.nan_to_num(measured.mass * measured.position**2)
         transverse = fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
-    return Top(inertia, transverse, measured.torque)
+    return Top(inertia=inertia, transverse_inertia=transverse, torque=measured.torque)
 
 
 def refusal(
@@ -87,12 +87,19 @@ def refusal(
             "no_inertia_with_uncertainties", why=why, low=low, high=high
         )
     each = [
-        f"{load_words(measured, group[0])}: {fitting.median(of_run[group]):.2g}"
+        f"{load_words(measured, group[0])}: {_range_text(of_run[group])}"
         for group in groups
     ]
     clock = RUNNING_CLOCK * _times_grow(measured)
     shown = listing(each, 6)
     return readings.say("no_inertia_fits", why=why, clock=clock, each=shown)
+
+
+def _range_text(values: Floats) -> str:
+    """Write the lowest and the highest value, or one number if they are the same."""
+    low = f"{values.min():.2g}"
+    high = f"{values.max():.2g}"
+    return low if low == high else f"{low} to {high}"
 
 
 RUNNING_CLOCK = (

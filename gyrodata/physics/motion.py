@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike
 from gyrodata.physics import Floats, precession_rate
 
 
-class Top(Struct, frozen=True, eq=False):
+class Top(Struct, frozen=True, eq=False, kw_only=True):
     """A symmetric body with one fixed point and a torque from gravity.
 
     Arrays describe many tops and are broadcast.
@@ -420,7 +420,11 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
         rates = []
         for start in range(0, len(fields[0]), _MANY):
             part = [values[start : start + _MANY] for values in fields]
-            rates.append(mean_precession_rate(Top(*part[:3]), *part[3:]))
+            inertia, transverse_inertia, torque, *motion = part
+            tops = Top(
+                inertia=inertia, transverse_inertia=transverse_inertia, torque=torque
+            )
+            rates.append(mean_precession_rate(tops, *motion))
         return np.concatenate(rates)
     nod = _nod(top, spin, pitch)
     mean = nod.mean(nod.rate(_X))

@@ -133,7 +133,7 @@ def predict_precession(
     The motion after a release from rest and the upright rod are computed as well.
     """
     body = inertia, transverse_inertia, pitch
-    top = Top(inertia, transverse_inertia, torque)
+    top = Top(inertia=inertia, transverse_inertia=transverse_inertia, torque=torque)
     slow = _finite(precession_rate(torque, spin, *body))
     never = ""
     if slow is None:
@@ -440,7 +440,7 @@ def predict_tip(
 ) -> Tip:
     """Pull the tip; a counterclockwise spin, seen from the tip, is positive."""
     torque = force * length
-    top = Top(inertia, transverse_inertia, torque)
+    top = Top(inertia=inertia, transverse_inertia=transverse_inertia, torque=torque)
     # The force replaces gravity: the rod is level if it is at right angles to the
     # force.
     nutation = motion.nutation(top, spin)

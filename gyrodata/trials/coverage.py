@@ -163,6 +163,8 @@ def selfcheck(
     ------
     TypeError
         If `lab` is not an Analysis.
+    ValueError
+        If `labs` is below 1.
 
     Notes
     -----
@@ -171,6 +173,8 @@ def selfcheck(
     every error from its source.
     """
     insist_on_type("lab", lab, Analysis, "an Analysis, the result of analyze")
+    if labs < 1:
+        raise ValueError("labs must be at least 1")
     kept = [i for i, run in enumerate(lab.run_table) if not run.left_out]
     measured = select(lab.measurements, kept)
     motion = lab.lab.motion

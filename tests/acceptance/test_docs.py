@@ -163,7 +163,9 @@ def test_steady_precession_and_its_roots_are_those_of_the_code(pitch: float) -> 
         fast = physics.fast_precession_rate(*top)
         assert value_of(listed["fast"][1], names) == pytest.approx(fast, rel=1e-14)
     # The sag of a rod that is let go, and the condition that is fitted, with b = 0.2 s.
-    sag = motion.nutation(motion.Top(INERTIA, ACROSS, load), spin).mean_sag
+    sag = motion.nutation(
+        motion.Top(inertia=INERTIA, transverse_inertia=ACROSS, torque=load), spin
+    ).mean_sag
     assert value_of(listed["δ"][1], names) == pytest.approx(sag, rel=4.1 * sag**2)
     names |= {
         "M0": 0.0,

@@ -136,6 +136,8 @@ class TestTemplate:
     def test_spins_to_aim_at_are_in_rpm(self) -> None:
         told = gyro("template", "--spins", "3,6,9 Hz").stdout
         assert set(re.findall("aim at (.*)", told)) >= {"180 rpm", "360 rpm", "540 rpm"}
+        told = gyro("template", "--spins", "25,40 rad/s").stdout
+        assert set(re.findall("aim at (.*)", told)) >= {"239 rpm", "382 rpm"}
 
 
 class TestSchema:

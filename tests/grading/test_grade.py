@@ -289,6 +289,8 @@ def test_rubric_of_percents_and_files_is_followed() -> None:
     found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), alone, members=("lab.csv",))
     assert points(found) == {"own": None, "reference": 1.5, "u": 0, "plot": 0}
     assert "10 % from" in mark_of(found, "reference")[1]
+    found = grade(says(f"{9.5 * 4.44e-3:.6e} kg m^2"), alone, members=("lab.csv",))
+    assert "850 % from" in mark_of(found, "reference")[1]
 
 
 def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:

@@ -82,7 +82,10 @@ def log_with_drag(*lines: str) -> str:
     for mass in (0.02, 0.04, 0.06):
         for rpm in (100, 150, 200):
             torque, spin = np.array([mass * G * ARM]), np.array([rpm * RPM])
-            top, angle = Top(INERTIA, ACROSS, torque), 6 * math.pi
+            top, angle = (
+                Top(inertia=INERTIA, transverse_inertia=ACROSS, torque=torque),
+                6 * math.pi,
+            )
             time = angle * INERTIA * spin / torque
             for _round in range(30):
                 time = angle / rate_with_drag(torque, spin, time, top)

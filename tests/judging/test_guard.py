@@ -90,6 +90,17 @@ def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
     assert [share.source for share in found.budget] == ["residual_torque"]
 
 
+def test_the_hint_shows_how_far_apart_the_runs_of_a_weight_are() -> None:
+    error = refusal(
+        "mass [g],position [cm],spin [rpm],time [s],turns\n"
+        "35.0,14.2,250,13.19,1\n35.0,14.2,430,2.7,1\n35.0,14.2,610,320,1\n"
+        "55.0,14.2,250,8.39,1\n55.0,14.2,430,140.3,1\n55.0,14.2,610,20.47,1\n"
+    )
+    assert error.code == "G421"
+    low, high = re.findall(r"35\.0\d* g[^:]*: ([\d.]+) to ([\d.]+)", error.hint)[0]
+    assert float(low) < 0.001 < 0.01 < float(high)
+
+
 def test_two_runs_without_any_uncertainty_are_refused() -> None:
     *head, first, _, _, _, _, _, _, last, _ = nine_runs(KEYS, 1.0).splitlines()
     assert (

@@ -10,7 +10,7 @@ from gyrodata import physics
 from gyrodata.physics.motion import Top, integrate, released, steady, vector_rates
 
 INERTIA = 4.44e-3
-TOP = Top(INERTIA, 1.3 * INERTIA, 0.0294)
+TOP = Top(inertia=INERTIA, transverse_inertia=1.3 * INERTIA, torque=0.0294)
 FAST = 600 * np.pi / 30
 
 
@@ -55,7 +55,7 @@ def test_times_that_do_not_rise_are_refused() -> None:
 
 @pytest.mark.parametrize("spin", [0.0, 1e-320, 1e-160])
 def test_a_rod_without_spin_and_torque_stays_at_rest(spin: float) -> None:
-    balanced = Top(INERTIA, 1.3 * INERTIA, 0.0)
+    balanced = Top(inertia=INERTIA, transverse_inertia=1.3 * INERTIA, torque=0.0)
     path, _ = integrate(balanced, released(balanced, spin), [1.0, 60.0])
     assert path.axis == pytest.approx(np.array([[1.0, 0, 0], [1.0, 0, 0]]))
 

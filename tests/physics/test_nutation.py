@@ -68,7 +68,11 @@ def test_forty_random_tilted_rods() -> None:
         )
         torque = draw.choice([-1, 1]) * draw.uniform(0.02, 0.12)
         top, pitch = (
-            Top(INERTIA, INERTIA * draw.uniform(0.6, 2), torque),
+            Top(
+                inertia=INERTIA,
+                transverse_inertia=INERTIA * draw.uniform(0.6, 2),
+                torque=torque,
+            ),
             math.radians(draw.uniform(-85, 85)),
         )
         found, expected = nutation(top, spin, pitch), integrated(top, spin, pitch)
@@ -84,7 +88,9 @@ def test_forty_random_tilted_rods() -> None:
 @pytest.mark.parametrize("torque", [0.03, 0.6, -0.06, 1e-9])
 def test_the_greatest_sag_is_that_of_the_energy(pitch: float, torque: float) -> None:
     across, spin, angle = 1.6 * INERTIA, 200 * RPM, math.radians(pitch)
-    found = nutation(Top(INERTIA, across, torque), spin, angle).greatest_sag
+    found = nutation(
+        Top(inertia=INERTIA, transverse_inertia=across, torque=torque), spin, angle
+    ).greatest_sag
     with mpmath.workdps(40):
         up, load = mpmath.sin(mpmath.mpf(angle)), 2 * mpmath.mpf(across) * torque
         linear = (mpmath.mpf(INERTIA) * spin) ** 2 / load - 2 * up
@@ -98,7 +104,9 @@ def test_the_greatest_sag_is_that_of_the_energy(pitch: float, torque: float) -> 
 @pytest.mark.parametrize("pitch", [-1.2, 0.0, 0.7])
 def test_a_small_one_has_the_closed_forms(pitch: float) -> None:
     torque, spin, across = 1e-5, 400 * RPM, 1.5 * INERTIA
-    found = nutation(Top(INERTIA, across, torque), spin, pitch)
+    found = nutation(
+        Top(inertia=INERTIA, transverse_inertia=across, torque=torque), spin, pitch
+    )
     delta = across * torque / (INERTIA * spin) ** 2
     rate = physics.precession_rate(torque, spin, INERTIA, across, pitch)
     along = rate * math.sin(pitch)
@@ -128,5 +136,7 @@ def test_the_period_of_a_pendulum_near_upright_is_k_of_jacobi(short: float) -> N
             * mpmath.ellipk(mpmath.cos(away / 2) ** 2)
             * mpmath.sqrt(mpmath.mpf(6e-3) / mpmath.mpf(0.05))
         )
-    found = nutation(Top(INERTIA, 6e-3, 0.05), 0.0, pitch).period
+    found = nutation(
+        Top(inertia=INERTIA, transverse_inertia=6e-3, torque=0.05), 0.0, pitch
+    ).period
     assert found == pytest.approx(float(period), rel=2e-15 + 2e-17 / short)

@@ -30,7 +30,7 @@ from gyrodata.physics.motion import (
 
 INERTIA, TRANSVERSE, TORQUE = 4.44e-3, 6.6156e-3, 0.0588
 RPM = np.pi / 30
-TOP = Top(INERTIA, TRANSVERSE, TORQUE)
+TOP = Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=TORQUE)
 
 
 BITS, ORDER = 150, 44
@@ -129,7 +129,7 @@ CASES = [
 def test_a_nutation_agrees_with_the_series(
     torque: float, spin: float, pitch: float
 ) -> None:
-    top = Top(INERTIA, TRANSVERSE, torque)
+    top = Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=torque)
     state, nod = released(top, spin, pitch), nutation(top, spin, pitch)
     half, whole = (after(top, state, part * nod.period) for part in (0.5, 1.0))
     assert math.asin(half.axis[2]) == pytest.approx(pitch - nod.greatest_sag, abs=1e-12)
@@ -146,7 +146,7 @@ def test_a_nutation_agrees_with_the_series(
 def test_the_time_of_an_angle_agrees_with_the_series(
     torque: float, spin: float, pitch: float
 ) -> None:
-    top = Top(INERTIA, TRANSVERSE, torque)
+    top = Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=torque)
     sense = math.copysign(1.0, torque * spin)
     angles = sense * np.array([1e-3, 1.0, 2.0, 3.0])
     times = time_to_turn(top, spin, pitch, angles)
@@ -173,7 +173,7 @@ def test_the_time_of_an_angle_agrees_with_the_series(
 def test_the_time_of_a_turn_of_any_rod_is_finite(
     spin: float, pitch: float, torque: float, angle: float
 ) -> None:
-    top = Top(INERTIA, TRANSVERSE, torque)
+    top = Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=torque)
     time, never = (
         float(time_to_turn(top, spin, pitch, sense * angle))
         for sense in (spin * torque, -spin * torque)
@@ -190,8 +190,21 @@ def test_the_time_of_a_turn_of_any_rod_is_finite(
 
 def test_a_turn_that_never_comes_takes_for_ever() -> None:
     assert list(time_to_turn(TOP, 300 * RPM, 0.0, [-0.5, 0.0])) == [np.inf, 0]
-    assert time_to_turn(Top(INERTIA, TRANSVERSE, 0.0), 300 * RPM, 0.0, 1.0) == np.inf
-    assert mean_precession_rate(Top(INERTIA, TRANSVERSE, 0.0), 300 * RPM) == 0
+    assert (
+        time_to_turn(
+            Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=0.0),
+            300 * RPM,
+            0.0,
+            1.0,
+        )
+        == np.inf
+    )
+    assert (
+        mean_precession_rate(
+            Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=0.0), 300 * RPM
+        )
+        == 0
+    )
 
 
 def test_tachometer_that_follows_a_released_rod_reads_more_than_the_total_spin() -> (
@@ -216,7 +229,10 @@ def test_published_bias_of_a_released_rod() -> None:
     # and 1.60, m g x for 150 mm.
     for mass, ratio, percent in ((0.02, 1.39, 0.08827), (0.06, 1.60, 1.014)):
         torque = mass * 9.8031 * 0.15
-        rate = mean_precession_rate(Top(INERTIA, ratio * INERTIA, torque), 200 * RPM)
+        rate = mean_precession_rate(
+            Top(inertia=INERTIA, transverse_inertia=ratio * INERTIA, torque=torque),
+            200 * RPM,
+        )
         assert 100 * (torque / (rate * 200 * RPM * INERTIA) - 1) == pytest.approx(
             percent, rel=0.02
         )
@@ -265,4 +281,5 @@ def test_impossible_tops_are_refused() -> None:
         with pytest.raises(
             ValueError, match=r"inertia must be above 0|torque is not a finite number"
         ):
-            Top(*top)
+            inertia, transverse_inertia, torque = top
+            Top(inertia=inertia, transverse_inertia=transverse_inertia, torque=torque)

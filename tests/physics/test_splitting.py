@@ -10,7 +10,7 @@ import pytest
 from gyrodata.physics.motion import METHODS, State, Top, integrate, released, split
 
 INERTIA, TORQUE = 4.44e-3, 0.0588
-TOP = Top(INERTIA, 1.49 * INERTIA, TORQUE)
+TOP = Top(inertia=INERTIA, transverse_inertia=1.49 * INERTIA, torque=TORQUE)
 FAST = 600 * np.pi / 30
 
 
@@ -42,7 +42,7 @@ def test_a_method_has_the_order_that_it_is_known_for(
 def test_a_weak_torque_brings_out_the_eighth_order() -> None:
     # The error is ε dt⁸ and ε² dt⁴: a torque a hundred thousand times weaker hides the
     # latter.
-    weak = Top(INERTIA, 1.49 * INERTIA, 1e-5 * TORQUE)
+    weak = Top(inertia=INERTIA, transverse_inertia=1.49 * INERTIA, torque=1e-5 * TORQUE)
     assert np.log2(far(weak, 12, "aba84") / far(weak, 24, "aba84")) > 7
 
 

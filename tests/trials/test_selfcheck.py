@@ -36,6 +36,12 @@ def fits(log: str, labs: int) -> dict[str, dict[str, Any]]:
     }
 
 
+def test_no_simulated_lab_is_refused() -> None:
+    lab = gyrodata.analyze(SAMPLES / "air_gyroscope.csv")
+    with pytest.raises(ValueError, match="labs must be at least 1"):
+        gyrodata.selfcheck(lab, labs=0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "bench", [Bench(hand=0.12), Bench(repeats=3, imbalance=0.2, hand=0.13)], ids=str

@@ -32,9 +32,9 @@ POSITION = 0.15
 """The weight [kg], and its distance from the centre of the ball [m]."""
 
 TOP = motion.Top(
-    Truth().inertia,
-    DEFAULT_TRANSVERSE_RATIO * Truth().inertia + MASS * POSITION**2,
-    MASS * POSITION * physics.STANDARD_GRAVITY,
+    inertia=Truth().inertia,
+    transverse_inertia=DEFAULT_TRANSVERSE_RATIO * Truth().inertia + MASS * POSITION**2,
+    torque=MASS * POSITION * physics.STANDARD_GRAVITY,
 )
 START = motion.released(TOP, SPIN)
 

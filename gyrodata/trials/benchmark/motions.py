@@ -87,7 +87,11 @@ def rods_of(
     truth: Truth, runs: Runs, push: Floats | float, decay: Floats | float = math.inf
 ) -> Rods:
     """Return the rods of simulated runs."""
-    top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+    top = motion.Top(
+        inertia=truth.inertia,
+        transverse_inertia=runs.transverse_inertia,
+        torque=runs.torque,
+    )
     return Rods(top, runs.spin, runs.pitch, runs.time, push, decay)
 
 

@@ -191,7 +191,11 @@ def _released(truth: Truth, runs: Runs) -> Runs:
 
     The stopwatch stops when the rod first completes its turns.
     """
-    top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+    top = motion.Top(
+        inertia=truth.inertia,
+        transverse_inertia=runs.transverse_inertia,
+        torque=runs.torque,
+    )
     time = motion.time_to_turn(
         top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
     )

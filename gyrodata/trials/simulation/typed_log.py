@@ -133,7 +133,11 @@ def true_readings(truth: Truth, runs: Runs) -> dict[str, Floats]:
     spin = runs.spin
     if is_released:
         # The tachometer follows the rod.
-        top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+        top = motion.Top(
+            inertia=truth.inertia,
+            transverse_inertia=runs.transverse_inertia,
+            torque=runs.torque,
+        )
         spin = spin - motion.spin_excess(top, spin, runs.pitch)
     if runs.spin_end is None:
         columns["spin"] = np.abs(spin)

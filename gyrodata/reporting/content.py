@@ -286,8 +286,12 @@ def _agreement(n: Numbers) -> Sentence:
     if analysis.p is None:
         return say(SENTENCES["no_freedom"])
     if analysis.runs_disagree:
-        words = "{} do not agree with one straight line within the stated uncertainties"
-        return say(words, runs)
+        # A different M0 of each weight can explain all scatter.
+        is_scatter = analysis.p < UNLIKELY
+        reason = (
+            "within the stated uncertainties" if is_scatter else "for the reason above"
+        )
+        return say("{} do not agree with one straight line {}", runs, reason)
     if analysis.p >= UNLIKELY:
         is_better = analysis.p > 1 - UNLIKELY / 2
         better = ", better than stated" if is_better else ""

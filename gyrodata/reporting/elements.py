@@ -193,9 +193,8 @@ def table(
         if cells.count(None) == len(cells):
             continue
         head = words if isinstance(words, Head) else Head(words)
-        numbers = [cell for cell in cells if isinstance(cell, Number)]
-        if numbers:
-            head = replace(head, scale=numbers[0].scale)
+        scales = (cell.scale for cell in cells if isinstance(cell, Number))
+        head = replace(head, scale=next(scales, head.scale))
         kept_heads.append(head)
         columns.append([_in_column(cell, head) for cell in cells])
     kept_rows = list(zip(*columns, strict=True))
@@ -206,9 +205,8 @@ def _in_column(cell: Cell, head: Head) -> Sentence:
     """Write a cell; the head of its column contains the unit."""
     if isinstance(cell, Number):
         return (replace(cell, unit=False),)
-    if isinstance(cell, str):
-        return (cell,)
-    return cell or NOTHING * bool(head.scale)
+    empty = NOTHING if head.scale else ()
+    return say("{}", cell or empty)
 
 
 class Text(Struct, frozen=True):

@@ -126,7 +126,10 @@ def draw_product(ax: Axes, scene: Scene) -> None:
         look = group.look
         product = group.summary.product
         half = 2 * (product.u or 0.0)
-        _draw_band(ax, product.value, half, look.colour, 0.2)
+        low = product.value - half
+        high = product.value + half
+        ax.axhspan(low, high, color=look.colour, alpha=0.2, linewidth=0.0)
+        ax.axhline(product.value, color=look.colour)
         if few:
             look = look._replace(label=f"{look.label}\n{group.mean}")
         groups.append(Group(look, group.members))
@@ -207,7 +210,10 @@ def draw_days(ax: Axes, scene: Scene) -> None:
         colour, marker = next(looks)
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
-        _draw_band(ax, minus_m0, half, colour, 0.15)
+        low = minus_m0 - half
+        high = minus_m0 + half
+        ax.axhspan(low, high, color=colour, alpha=0.15, linewidth=0.0)
+        ax.axhline(minus_m0, color=colour)
         runs = np.flatnonzero(scene.analysis.measurements.day == number)
         look = Look(short_name(block.name, 30), colour, marker)
         days.append(Group(look, runs.tolist()))
@@ -347,13 +353,6 @@ def _draw_line(
             y = fit.inertia.value / scene.unit_size * x - minus
             label = "through the origin"
             ax.plot(x, y, color=SOFT, linestyle="dashed", label=label)
-
-
-def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
-    """Draw a horizontal line and its band."""
-    low, high = middle - half, middle + half
-    ax.axhspan(low, high, color=colour, alpha=alpha, linewidth=0.0)
-    ax.axhline(middle, color=colour)
 
 
 def _draw_runs(

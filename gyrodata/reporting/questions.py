@@ -63,7 +63,7 @@ PER_SPIN = Scale("s per 100 rpm", r"s/(100\,rpm)", 0.01 / RPM.size)
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     """Return a conclusion; in a worksheet, return the question that leads to it."""
     if n.is_worksheet:
-        return paragraph(WORDS["tasks"][task], kind="task")
+        return paragraph(WORDS["tasks"][task], unlikely=str(UNLIKELY), kind="task")
     return Text(sentences)
 
 

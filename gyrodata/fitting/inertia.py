@@ -694,11 +694,12 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     days = near.adjusted.problem.measured.day.tolist()
     m0_of_day = dict(zip(days, near.balances.tolist(), strict=True))
     m0 = [m0_of_day.get(day, mean) for day in measured.day.tolist()]
-    inertia = near.inertia.value + measured.added
     transverse = adjustment.transverse_inertia(measured)
     try:
         return Top(
-            inertia=inertia, transverse_inertia=transverse, torque=measured.torque + m0
+            inertia=near.inertia.value + measured.added,
+            transverse_inertia=transverse,
+            torque=measured.torque + m0,
         )
     except ValueError as error:
         raise NoFit(f"the fit gives a top that cannot exist: {error}") from None

@@ -33,7 +33,6 @@ from gyrodata.reporting.values import (
     inertia_range_text,
     inertia_text,
     p_text,
-    uncertainty_text,
 )
 
 if TYPE_CHECKING:
@@ -434,7 +433,8 @@ def judge_reference(
     if criterion.curve.variable == "percent":
         percent = 100 * abs(value / reference.inertia - 1)
         detail["percent"] = percent
-        far = f"{uncertainty_text(percent)} %"
+        two_digits = float(f"{percent:.2g}")
+        far = f"{two_digits:g} %"
     reason = f"{words} is {far} from {reference.words}"
     if reference.is_vague:
         reason = f"{words} has no reference: {NO_STATION}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 from msgspec.structs import asdict
 
@@ -21,6 +21,7 @@ from gyrodata.reporting.elements import (
     Styled,
     Text,
     join_sentences,
+    message_words,
     paragraph,
     say,
     table,
@@ -76,15 +77,21 @@ def report(analysis: Analysis) -> elements.Report:
     n = Numbers(analysis)
     runs = n.count("/input.rows", "run")
     size = say("{}, {}", runs, n.count("torques.length", "torque"))
-    kind = "worksheet" if questions.is_worksheet(analysis) else "report"
+    kind = "worksheet" if n.is_worksheet else "report"
+    name = Styled(analysis.name, "typed")
+    known = {key.lower(): text for key, text in analysis.readings.metadata.items()}
+    lines = [
+        say("{}: {}", key.capitalize(), Styled(known[key], "typed"))
+        for key in BYLINE
+        if key in known
+    ]
     return elements.Report(
         numbers=n,
         size=size,
-        title=say("Gyroscope lab {}: {}, {}", kind, analysis.name, size),
-        byline=_byline(analysis),
+        title=say("Gyroscope lab {}: {}, {}", kind, name, size),
+        byline=join_sentences(lines, " · "),
         read_as=_read_as(n),
         doubts=tuple(_doubts(n)),
-        warnings=tuple(_warnings(n)),
         answer=n.answer(),
         top=tuple(_top(n)),
         sections=tuple(_sections(n)),
@@ -93,18 +100,21 @@ def report(analysis: Analysis) -> elements.Report:
 
 def _sections(n: Numbers) -> Iterator[Section]:
     analysis = n.analysis
-    yield from questions.answer(n, _agreement(n), _fit_quality(n))
+    yield from questions.question_3(n, _agreement(n))
     yield Section("Runs", tuple(_runs(n)), "runs")
     if analysis.blocks:
         yield Section("Days and groups", tuple(_days(n)), "days")
     yield Section("Uncertainty budget", tuple(_budget(n)), "uncertainty")
-    if not questions.is_worksheet(analysis):
-        yield Section("How to improve the next lab", _advice(analysis), "advice")
+    if not n.is_worksheet:
+        advice = Text([*map(message_words, analysis.advice)], "numbered")
+        if not analysis.advice:
+            advice = paragraph("No single change would help much.")
+        yield Section("How to improve the next lab", (advice,), "advice")
     details = (
         ("Sensitivity to assumptions", _sensitivity(n), "sensitivity"),
         ("Three fits side by side", _fits(n), "fits"),
         ("Effects considered", _effects(n), "effects"),
-        ("The other questions", questions.others(n), "others"),
+        ("The other questions", questions.other_questions(n), "others"),
         ("Diagnostics", _diagnostics(n), "diagnostics"),
         ("Method and how to cite it", _method(n), "method"),
         ("Provenance", _provenance(n), "provenance"),
@@ -117,19 +127,12 @@ def _sections(n: Numbers) -> Iterator[Section]:
 # --- the first screen ---
 
 
-def _byline(analysis: Analysis) -> Sentence:
-    """Show who made the log, if it says so."""
-    known = {key.lower(): text for key, text in analysis.readings.metadata.items()}
-    lines = [f"{name.capitalize()}: {known[name]}" for name in BYLINE if name in known]
-    return say("{}", " · ".join(lines))
-
-
 def _read_as(n: Numbers) -> Sentence:
     """Describe the first run with a load: what was read, and what follows from it."""
     runs = n.analysis.run_table
     i = next(i for i, run in enumerate(runs) if run.torque)
     run = runs[i]
-    here = n.run(i)
+    here = n.at(f"runs.{i}")
     torque = here.value("torque")
     load = say("a torque of {}", torque)
     follows: Sentence = ()
@@ -155,25 +158,26 @@ def _doubts(n: Numbers) -> Iterator[Sentence]:
     numbers = {finding.message: i for i, finding in enumerate(n.analysis.diagnostics)}
     for doubt in n.analysis.doubts:
         place = _place(n, numbers[doubt.words])
-        sentence = say("{}{}{}.", Styled(start, "warn"), doubt.words, place)
+        words = message_words(doubt.words)
+        sentence = say("{}{}{}.", Styled(start, "warn"), words, place)
         if doubt is n.analysis.doubts[0]:
             end = "" if doubt.remedy.endswith("?") else "."
-            sentence = say("{} Find the cause: {}{}", sentence, doubt.remedy, end)
+            remedy = message_words(doubt.remedy)
+            sentence = say("{} Find the cause: {}{}", sentence, remedy, end)
         yield sentence
         start = "Also: "
 
 
-def _warnings(n: Numbers) -> Iterator[Sentence]:
-    """List the warnings that are not reasons to doubt the answer, without remedies."""
-    doubts = {doubt.words for doubt in n.analysis.doubts}
-    start = Styled("Warning", "warn")
-    for i, finding in enumerate(n.analysis.diagnostics):
-        if finding.severity != "note" and finding.message not in doubts:
-            yield say("{}{}: {}", start, _place(n, i), finding.message)
-
-
 def _top(n: Numbers) -> Iterator[elements.Block]:
+    """Show the warnings that are not reasons to doubt the answer, and its interval."""
     analysis = n.analysis
+    doubts = {doubt.words for doubt in analysis.doubts}
+    start = Styled("Warning", "warn")
+    for i, finding in enumerate(analysis.diagnostics):
+        if finding.severity != "note" and finding.message not in doubts:
+            message = message_words(finding.message)
+            words = "{}{}: {}"
+            yield paragraph(words, start, _place(n, i), message, kind="warning")
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
     inertia = analysis.inertia
@@ -183,7 +187,7 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
         k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
-    if questions.is_worksheet(analysis):
+    if n.is_worksheet:
         yield paragraph(SENTENCES["answer_here"])
 
 
@@ -220,7 +224,6 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     """Name the suspected outliers, and the runs that are worth repeating."""
     runs = n.analysis.run_table
     odd = [i for i, run in enumerate(runs) if run.flagged]
-    far = _far(n.analysis)
     for i in odd[:FEW]:
         place = _run_place(n, i)
         fate = _fate(n.analysis, i)
@@ -229,14 +232,23 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     if len(odd) > FEW:
         more = str(len(odd) - FEW)
         yield say("{} more suspected outliers are marked in the table of runs.", more)
+    far = _worth_repeating(n)
     if far:
-        yield _worth_repeating(n, far)
+        yield far
     if not odd and not far:
         end = "." if n.analysis.doubts else "; you need not repeat any run."
         yield say(f"No suspected outliers{end}")
 
 
-def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
+def _worth_repeating(n: Numbers) -> Sentence:
+    """Name the ordinary runs that are far from the prediction of the others, if any."""
+    far = [
+        i
+        for i, run in enumerate(n.analysis.run_table)
+        if abs(run.studentized_residual or 0.0) > FAR and not run.flagged
+    ]
+    if not far:
+        return ()
     places = [_run_place(n, i) for i in far[:FEW]]
     return say(
         SENTENCES["worth_repeating"],
@@ -245,17 +257,8 @@ def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
     )
 
 
-def _far(analysis: Analysis) -> list[int]:
-    """Return the ordinary runs that are far from the prediction of the others."""
-    return [
-        i
-        for i, run in enumerate(analysis.run_table)
-        if abs(run.studentized_residual or 0.0) > FAR and not run.flagged
-    ]
-
-
 def _run_place(n: Numbers, i: int) -> Sentence:
-    here = n.run(i)
+    here = n.at(f"runs.{i}")
     return say("run {} (line {})", here.number("run"), here.number("line"))
 
 
@@ -275,8 +278,12 @@ def _agreement(n: Numbers) -> Sentence:
     if analysis.p is None:
         return say(SENTENCES["no_freedom"])
     if analysis.runs_disagree:
-        words = "{} do not agree with one straight line within the stated uncertainties"
-        return say(words, runs)
+        # A different M0 of each weight can explain all scatter.
+        is_scatter = analysis.p < UNLIKELY
+        reason = (
+            "within the stated uncertainties" if is_scatter else "for the reason above"
+        )
+        return say("{} do not agree with one straight line {}", runs, reason)
     if analysis.p >= UNLIKELY:
         is_better = analysis.p > 1 - UNLIKELY / 2
         better = ", better than stated" if is_better else ""
@@ -338,22 +345,6 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
     return (say(SENTENCES["usual_imbalance"], balanced=balanced),)
 
 
-def _fit_quality(n: Numbers) -> Sentence:
-    if n.analysis.p is None:
-        return say(SENTENCES["no_quality"])
-    chi2 = n.analysis.fit.chi2
-    digits = f"{chi2:.3g}"
-    if chi2 >= 1000:
-        digits = f"{chi2:.0f}"
-    return say(
-        SENTENCES["quality"],
-        p=n.p("goodness.p"),
-        chi2=n.number("goodness.chi2", digits),
-        dof=n.count("goodness.dof", "degree"),
-        scatter=n.scatter("goodness.scatter"),
-    )
-
-
 # --- runs, uncertainty, advice ---
 
 
@@ -362,8 +353,8 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
     yield PICTURES["residuals"]
     yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
-    if far := _far(analysis):
-        yield Text((_worth_repeating(n, far),))
+    if far := _worth_repeating(n):
+        yield Text((far,))
     heads = (
         "run",
         "line",
@@ -384,8 +375,17 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
 
 
 def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
-    here = n.run(i)
-    turns, _ = turn_words(here.find("turns")).split(" ")
+    """Show a run; the remark explains why it is an outlier, and quotes its note."""
+    run = n.analysis.run_table[i]
+    note = n.analysis.readings.notes[i]
+    remarks: list[Sentence] = []
+    if run.flagged:
+        fate = Styled(_fate(n.analysis, i), "strong")
+        remarks.append(say("{}: {}", fate, message_words(run.reason)))
+    if note:
+        remarks.append(say("note: {}", Styled(note, "quote")))
+    here = n.at(f"runs.{i}")
+    turns, _ = turn_words(run.turns).split(" ")
     return (
         (here.number("run"),),
         here.number("line"),
@@ -396,21 +396,8 @@ def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]
         here.value("period"),
         here.value("product"),
         here.cell("studentized_residual", here.shift),
-        _remark(n, i) or None,
+        join_sentences(remarks, "; ") or None,
     )
-
-
-def _remark(n: Numbers, i: int) -> Sentence:
-    """Explain why a run is an outlier, and quote its note."""
-    run = n.analysis.run_table[i]
-    note = n.analysis.readings.notes[i]
-    parts: list[Sentence] = []
-    if run.flagged:
-        fate = Styled(_fate(n.analysis, i), "strong")
-        parts.append(say("{}: {}", fate, run.reason))
-    if note:
-        parts.append(say("note: {}", Styled(note, "quote")))
-    return join_sentences(parts, "; ")
 
 
 def _budget(n: Numbers) -> Iterator[elements.Block]:
@@ -441,7 +428,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph(SENTENCES["defaults"])
         lines = [(Styled(line, "code"),) for line in assumed]
         yield Text(lines, "list")
-    if questions.is_worksheet(n.analysis):
+    if n.is_worksheet:
         yield questions.conclude(n, "budget")
 
 
@@ -456,14 +443,6 @@ def defaults_used(analysis: Analysis) -> list[str]:
     return used
 
 
-def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
-    """List what would make the next lab better."""
-    advice = [(item,) for item in analysis.advice]
-    if advice:
-        return (Text(advice, "numbered"),)
-    return (paragraph("No single change would help much."),)
-
-
 def _days(n: Numbers) -> Iterator[elements.Block]:
     """Compare the days or groups: each alone, and its M0 in the fit of all."""
     rows: list[tuple[elements.Cell, ...]] = []
@@ -471,8 +450,9 @@ def _days(n: Numbers) -> Iterator[elements.Block]:
         alone = here.cell("inertia.value")
         m0 = here.value("residual_torque.value")
         inertia = alone or "not determined"
-        rows.append((here.find("name"), here.number("runs"), inertia, m0))
-    heads = "day or group", "runs", _compared(n), "M0"
+        name = (Styled(here.find("name"), "typed"),)
+        rows.append((name, here.number("runs"), inertia, m0))
+    heads = "day or group", "runs", Head("I_zz", compared=n.analysis.inertia), "M0"
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
     yield PICTURES["days"]
     yield Text((_days_agree(n),))
@@ -492,22 +472,18 @@ def _days_agree(n: Numbers) -> Sentence:
 # --- details ---
 
 
-def _compared(n: Numbers) -> Head:
-    """Return the head of a column of I_zz, drawn next to that of the answer."""
-    inertia = n.analysis.inertia
-    return Head("I_zz", compared=(inertia.value, inertia.u or 0.0))
-
-
 def _sensitivity(n: Numbers) -> Iterator[elements.Block]:
     fitted = n.value("inertia.value")
     rows: list[tuple[elements.Cell, ...]] = [("no change", fitted, None)]
     for here in n.each("sensitivity"):
         inertia = here.cell("inertia.value")
         shift = here.cell("deviation", here.shift)
-        rows.append((here.find("words"), inertia or "no answer", shift))
+        change = message_words(here.find("words"))
+        rows.append((change, inertia or "no answer", shift))
+    heads = "if", Head("I_zz", compared=n.analysis.inertia), "shift"
     caption = "I_zz after one change; the shift is in units of u"
     if len(rows) > 1:
-        yield table(("if", _compared(n), "shift"), rows, caption, main=0)
+        yield table(heads, rows, caption, main=0)
 
 
 def _fits(n: Numbers) -> Iterator[elements.Block]:
@@ -527,7 +503,7 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
         notes.append(say("{}: {}", Styled(name, "strong"), here.find("note")))
     heads = (
         "fit",
-        _compared(n),
+        Head("I_zz", compared=n.analysis.inertia),
         "intercept −M0",
         Head("from recommended", NUMBER),
     )
@@ -539,12 +515,21 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
 def _effects(n: Numbers) -> Iterator[elements.Block]:
     rows: list[tuple[elements.Cell, ...]] = []
     for effect, here in zip(n.analysis.effects, n.each("effects"), strict=True):
-        size: elements.Cell = None
-        if effect.size is not None:
-            size = here.number("size", _size_text(effect.size), IN_U)
         change = here.cell("bias", here.percent)
+        size = effect.size or 0.0
+        digits = f"{size:.2f}" if size < 10 else f"{size:.0f}"
+        if 0 < size < 0.005:
+            digits = "< 0.01"
+        in_u = here.cell("size", here.number, digits, IN_U)
+        verdict = "left out"
+        if effect.kept:
+            verdict = "in the model"
+        elif effect.in_u:
+            verdict = "in u"
+        elif size > changes.DROP_ONE:
+            verdict = "left out, and not small"
         name = changes.effect_words(effect.effect)
-        rows.append((name, change, size, _verdict(effect), effect.reason))
+        rows.append((name, change, in_u, verdict, effect.reason))
     heads = (
         Head("effect", wrap=0.2),
         "change of I_zz",
@@ -560,34 +545,16 @@ def _effects(n: Numbers) -> Iterator[elements.Block]:
     yield table(heads, rows, caption)
 
 
-def _size_text(size: float) -> str:
-    """Write the size of an effect [u]."""
-    if 0 < size < 0.005:
-        return "< 0.01"
-    if size < 10:
-        return f"{size:.2f}"
-    return f"{size:.0f}"
-
-
-def _verdict(effect: changes.Effect) -> str:
-    """Say what the fit does with an effect."""
-    if effect.kept:
-        return "in the model"
-    if effect.in_u:
-        return "in u"
-    if (effect.size or 0.0) > changes.DROP_ONE:
-        return "left out, and not small"
-    return "left out"
-
-
 def _diagnostics(n: Numbers) -> Iterator[elements.Block]:
     """List every message about the log, with its remedy."""
     lines = []
     for i, finding in enumerate(n.analysis.diagnostics):
         style = "strong" if finding.severity == "note" else "warn"
         code = Styled(f"{finding.severity} {finding.code}", style)
-        hint = f"; {finding.hint}" if finding.hint else ""
-        lines.append(say("{}{}: {}{}", code, _place(n, i), finding.message, hint))
+        text = finding.message
+        if finding.hint:
+            text += f"; {finding.hint}"
+        lines.append(say("{}{}: {}", code, _place(n, i), message_words(text)))
     if lines:
         yield Text(lines, "list")
     else:
@@ -642,7 +609,7 @@ def _provenance(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     facts: dict[str, elements.Part] = {
         "gyrodata": n.number("/tool.version"),
-        "log": analysis.name,
+        "log": Styled(analysis.name, "typed"),
         "SHA-256 of the log": Styled(analysis.sha256, "code"),
     }
     for key, option in asdict(analysis.options).items():
@@ -650,7 +617,8 @@ def _provenance(n: Numbers) -> Iterator[elements.Block]:
             pairs = [f"{name} = {text}" for name, text in option.items()]
             option = ", ".join(pairs)
         if option:
-            facts[f"option {key}"] = "yes" if option is True else option
+            text = "yes" if option is True else option
+            facts[f"option {key}"] = Styled(text, "typed")
     for key, value in n.find("constants").items():
         scale = UNITS_OF_CONSTANTS[kind_of_role(key)]
         text = f"{value / scale.size:.6g}"
@@ -663,6 +631,6 @@ def _provenance(n: Numbers) -> Iterator[elements.Block]:
 def _pairs(facts: Mapping[str, elements.Part]) -> Iterator[elements.Block]:
     lines = []
     for key, fact in facts.items():
-        name = key.replace("_", " ")
+        name = Styled(key.replace("_", " "), "typed")
         lines.append(say("{}: {}", name, fact))
     yield Text(lines, "list")

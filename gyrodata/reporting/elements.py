@@ -13,11 +13,13 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from string import Formatter
-from typing import Any
+from typing import Any, Literal
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata.base.errors import shown
+from gyrodata.fitting.inertia import Estimate
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
 from gyrodata.results import UNITS_OF_RUNS, Analysis, is_wide
@@ -39,7 +41,8 @@ class Number(Struct, frozen=True):
     """The value of a displayed 1 in the unit of results.json."""
     exponent: int = 0
     """Power of ten after the digits, in addition to that of the scale."""
-    between: str = " ± "
+    between: Literal[" ± ", " to "] = " ± "
+    """An interval is "4.32 to 4.56"."""
     unit: bool = True
     """False in a cell: the head of the column contains the unit."""
 
@@ -55,7 +58,11 @@ class Number(Struct, frozen=True):
 
 
 class Styled(Struct, frozen=True):
-    """Text in a style: "strong", "warn" (another colour), "quote" or "code"."""
+    """Text in a style: "strong", "warn" (another colour), "code", "quote" or "typed".
+
+    Text from the log is "typed", or a "quote", which has quotation marks on the page:
+    in the name "team b", the letter is no symbol.
+    """
 
     text: str
     style: str
@@ -77,7 +84,8 @@ class Mark(Struct, frozen=True):
 SYMBOLS = re.compile(
     r"(?<![\w&#])(?:b(?!\))|[knpuLM]|m g x|m r(?=²))(?=[²ⁿ]|[^\w;']|$)"
 )
-"""Letters that mean a quantity in the texts of the tool."""
+"""Letters that mean a quantity in the words of the tool: the "M" and the "u" of "M0
+moves M by 2 u". A format may set them in italics. Texts from the log are `Styled`."""
 
 Part = str | Number | Styled | Mark
 Sentence = tuple[Part, ...]
@@ -117,26 +125,21 @@ def plain(sentence: Sentence) -> str:
     return "".join(map(str, sentence))
 
 
-def join(
-    sentence: Sentence,
-    escape: Callable[[str], str],
-    write: Callable[[Part], str | None],
-) -> str:
-    """Write a sentence: `write` gives the markup of a part, or None for text.
+def message_words(message: str) -> Sentence:
+    """Return a message of the tool; what it quotes from the log stays as typed."""
+    pieces = message.split('"')
+    if len(pieces) % 2 == 0:
+        # A single quotation mark does not show what is quoted.
+        return (Styled(message, "typed"),)
+    parts: list[Part] = list(pieces)
+    parts[1::2] = [Styled(f'"{quoted}"', "typed") for quoted in pieces[1::2]]
+    return tuple(parts)
 
-    Text is escaped up to the next markup.
-    """
-    done, text = "", ""
-    for part in (*sentence, None):
-        markup = "" if part is None else write(part)
-        if markup is None:
-            text += str(part)
-            continue
-        start = " " * text.startswith(" ")
-        end = " " * (text.endswith(" ") and not text.isspace())
-        done += f"{start}{escape(text)}{end}{markup}"
-        text = ""
-    return done.strip()
+
+def one_line(text: str) -> str:
+    """Return a text as `shown`, with a blank at each end that has one."""
+    # The bars keep the blanks.
+    return shown(f"|{text}|")[1:-1]
 
 
 class Head(Struct, frozen=True):
@@ -151,8 +154,8 @@ class Head(Struct, frozen=True):
     its cells."""
     bars: bool = False
     """True if the page draws the values, from 0 to 1, as bars next to the column."""
-    compared: tuple[float, float] | None = None
-    """A value and its u: the page draws each number of the column next to them."""
+    compared: Estimate | None = None
+    """The page draws each number of the column next to this one."""
     page_only: bool = False
     """True if the column is too wide for a terminal."""
 
@@ -190,9 +193,8 @@ def table(
         if cells.count(None) == len(cells):
             continue
         head = words if isinstance(words, Head) else Head(words)
-        numbers = [cell for cell in cells if isinstance(cell, Number)]
-        if numbers:
-            head = replace(head, scale=numbers[0].scale)
+        scales = (cell.scale for cell in cells if isinstance(cell, Number))
+        head = replace(head, scale=next(scales, head.scale))
         kept_heads.append(head)
         columns.append([_in_column(cell, head) for cell in cells])
     kept_rows = list(zip(*columns, strict=True))
@@ -203,9 +205,8 @@ def _in_column(cell: Cell, head: Head) -> Sentence:
     """Write a cell; the head of its column contains the unit."""
     if isinstance(cell, Number):
         return (replace(cell, unit=False),)
-    if isinstance(cell, str):
-        return (cell,)
-    return cell or NOTHING * bool(head.scale)
+    empty = NOTHING if head.scale else ()
+    return say("{}", cell or empty)
 
 
 class Text(Struct, frozen=True):
@@ -213,8 +214,8 @@ class Text(Struct, frozen=True):
 
     sentences: Sequence[Sentence]
     kind: str = ""
-    """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task".
-    """
+    """Lists are "list" and "numbered"; paragraphs can be "result", "small", "task"
+    or "warning"."""
 
 
 def paragraph(
@@ -258,8 +259,6 @@ class Report(Struct, frozen=True):
     """One run in words, which shows a wrong unit or origin."""
     doubts: tuple[Sentence, ...]
     """Reasons not to rely on the answer."""
-    warnings: tuple[Sentence, ...]
-    """Warnings that are no such reasons."""
     answer: Sentence
     top: tuple[Block, ...]
     """Below the answer, before the first section."""
@@ -273,17 +272,28 @@ class Numbers:
     ----------
     analysis : Analysis
         Its JSON is the source of every number.
+
+    Attributes
+    ----------
+    is_worksheet : bool
+        Whether the report asks questions in the place of conclusions.
     """
 
     def __init__(self, analysis: Analysis) -> None:
         self.analysis = analysis
+        of_log = analysis.readings.metadata.get("worksheet")
+        self.is_worksheet = analysis.options.worksheet or of_log == "yes"
         self.document = analysis.to_dict()
         self.record: Any = self.document["result"]
         self.above = ""
         self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
         # One unit for all torques, so that they can be compared.
         largest = max(abs(run.torque) for run in analysis.run_table)
-        self.torque = values.torque_scale(largest)
+        self.torque = values.MICRONEWTON_METRE
+        if largest >= 10:
+            self.torque = values.NEWTON_METRE
+        elif largest >= 1e-4:
+            self.torque = values.MILLINEWTON_METRE
         self.scales = {
             "kg*m^2": self.inertia,
             "N*m": self.torque,
@@ -321,13 +331,13 @@ class Numbers:
         return value
 
     def cell(
-        self, place: str, show: Callable[..., Cell] | None = None, *scale: Scale
+        self, place: str, show: Callable[..., Cell] | None = None, *how: str | Scale
     ) -> Cell:
         """Show the value at a place, or with another method; None if it is null."""
         if self.find(place) is None:
             return None
         method: Callable[..., Cell] = show or self.value
-        return method(place, *scale)
+        return method(place, *how)
 
     def value(
         self,
@@ -336,14 +346,15 @@ class Numbers:
         u: bool = True,
         step: float = 0.0,
     ) -> Number:
-        """Show the value at a place with its standard uncertainty.
+        """Show the value at a place with its standard uncertainty: "4.42 ± 0.03 mm".
 
-        Without the uncertainty, the value is shown to the last digit that was read.
+        The standard uncertainty is the neighbour "u" of a "value" or an "exponent", and
+        "mass_u" of "mass". A value without it is shown to the last digit that was read.
 
         Parameters
         ----------
         place : str
-            A number in SI units; its standard uncertainty is next to it.
+            A number in SI units.
         scale : Scale, optional
             The unit to use; by default that of the estimate or of the column of runs.
         u : bool
@@ -356,29 +367,25 @@ class Numbers:
         Number
         """
         value = self.find(place)
-        record, _, name = place.rpartition(".")
-        of_value = "u" if name in ("value", "exponent") else f"{name}_u"
-        there = self.find(record) if record else self.record
-        spread = there.get(of_value) if u else None
+        record, dot, name = place.rpartition(".")
+        estimate = self.find(record) if record else self.record
+        name_of_u = "u" if name in ("value", "exponent") else f"{name}_u"
+        spread = estimate.get(name_of_u) if u else None
         if scale is None:
-            unit = there.get("unit") or UNITS_OF_RUNS[name]
+            unit = estimate.get("unit") or UNITS_OF_RUNS[name]
             scale = self.scales[unit]
         if not spread:
             text = values.reading_text(value, scale.size, step)
             return self.number(place, text, scale)
         *digits, exponent = values.rounded(value, spread, scale.size)
-        above = self.above + place.removesuffix(name)
-        places = above + name, above + of_value
+        place_of_u = f"{record}{dot}{name_of_u}"
+        places = self.above + place, self.above + place_of_u
         size = scale.size * 10.0**exponent
         return Number(tuple(digits), places, scale, size, exponent)
 
-    def run(self, i: int) -> Numbers:
-        """Return the numbers of a run."""
-        return self.at(f"runs.{i}")
-
     def reading(self, i: int, role: str) -> Number:
         """Show the spin or the time of a run with the digits of the log."""
-        run = self.run(i)
+        run = self.at(f"runs.{i}")
         column = self.analysis.readings.columns.get(role)
         step = 0.0
         if column is not None:
@@ -399,23 +406,31 @@ class Numbers:
         return Number((text,), (self.above + place,), scale, scale.size)
 
     def scatter(self, place: str, scale: Scale = NUMBER) -> Number:
-        """Show an uncertainty or a scatter, with two digits."""
-        text = values.uncertainty_text(self.find(place), scale.size)
+        """Show the size of a scatter or of an uncertainty that is not next to its value.
+
+        It has two digits, and all digits before the point.
+        """
+        size = abs(self.find(place)) / scale.size
+        text = f"{size:#.2g}".rstrip(".")
+        if 99.5 <= size < 1e9:
+            text = f"{size:.0f}"
         return self.number(place, text, scale)
 
     def bound(self, place: str, scale: Scale) -> Number:
         """Show the size of an end of an interval, with two digits."""
-        end = self.find(place)
-        text = values.uncertainty_text(abs(end), scale.size)
-        number = self.number(place, text, scale)
-        return replace(number, size=math.copysign(scale.size, end))
+        number = self.scatter(place, scale)
+        size = math.copysign(scale.size, self.find(place))
+        return replace(number, size=size)
 
     def interval(self) -> Number:
         """Show the 95 % interval of I_zz: "4.32 to 4.56"."""
         scale = self.inertia
         place = "inertia.interval_95"
-        low, high = self.find(place)
-        ends = values.interval_ends(low, high, scale.size)
+        low, high = [end / scale.size for end in self.find(place)]
+        half = (high - low) / 2
+        # Two digits of the half.
+        decimals = max(0, 1 - values.exponent_of(half)) if half > 0 else 4
+        ends = f"{low:.{decimals}f}", f"{high:.{decimals}f}"
         places = f"{place}.0", f"{place}.1"
         return Number(ends, places, scale, scale.size, between=" to ")
 
@@ -426,8 +441,15 @@ class Numbers:
         return say("{} {}", self.number(place), noun)
 
     def percent(self, place: str, sign: bool = True) -> Number:
-        """Show a relative size: "+0.03 %"."""
-        text = values.percent_text(self.find(place)).removesuffix(" %")
+        """Show a relative size with two digits: "+0.03 %"."""
+        percent = 100 * self.find(place)
+        text = f"{percent:+.2g}"
+        if percent == 0:
+            text = "0"
+        elif abs(percent) < 0.001:
+            text = "< 0.001"
+        elif abs(percent) >= 99.5:
+            text = f"{percent:+.0f}"
         if not sign:
             text = text.removeprefix("+")
         return self.number(place, text, values.PERCENT)
@@ -473,8 +495,8 @@ class Numbers:
         An example is "20.00 g at 15.0 cm".
         """
         measured = self.analysis.measurements
-        grams = values.mass_scale(self.find("mass"))
-        mass = self.value("mass", grams, step=measured.mass_step[run])
+        scale = values.KILOGRAM if self.find("mass") >= 1 else values.GRAM
+        mass = self.value("mass", scale, step=measured.mass_step[run])
         step = measured.position_step[run]
         arm = self.value("position", values.CENTIMETRE, step=step)
         return say("{} at {}", mass, arm)
@@ -486,12 +508,13 @@ class Numbers:
         torque = analysis.torques[group]
         runs = analysis.measurements.by_torque[group]
         mark = Mark(group)
-        behind = analysis.measurements.day_words(runs[0])
+        day = Styled(analysis.measurements.day_words(runs[0]), "typed")
+        left_out = ""
         if all(analysis.run_table[i].left_out for i in runs):
-            behind += ", left out"
+            left_out = ", left out"
         if torque.torque == 0:
-            return say("{}no weight{}", mark, behind)
+            return say("{}no weight{}{}", mark, day, left_out)
         if torque.mass is None or torque.position is None:
             size = here.value("torque")
-            return say("{}a torque of {}{}", mark, size, behind)
-        return say("{}{}{}", mark, here.hung(runs[0]), behind)
+            return say("{}a torque of {}{}{}", mark, size, day, left_out)
+        return say("{}{}{}{}", mark, here.hung(runs[0]), day, left_out)

@@ -121,7 +121,7 @@ def gather(analysis: Analysis) -> Scene:
     rest_u = np.hypot(torque_u, slope * product_u)
     left_out = np.array([run.left_out for run in runs])
     hollow = left_out | [run.flagged for run in runs]
-    groups = tuple(_groups(numbers))
+    groups = tuple(list_groups(numbers))
     return Scene(
         analysis=analysis,
         numbers=numbers,
@@ -161,18 +161,20 @@ def _relative(measured: Measurements, *quantities: str) -> Floats:
 # --- colours and markers ---
 
 
-def list_looks(analysis: Analysis) -> tuple[Look, ...]:
-    """Return the label, colour and marker of each torque, also for tables."""
-    return tuple(group.look for group in _groups(Numbers(analysis)))
-
-
-def _groups(n: Numbers) -> Iterator[TorqueGroup]:
+def list_groups(n: Numbers) -> Iterator[TorqueGroup]:
     """Yield the runs of each torque, with the label, colour and marker of the torque."""
     torques = n.analysis.torques
     labels = [shown(n.load(i)) for i in range(len(torques))]
     loaded = [i for i, torque in enumerate(torques) if torque.torque]
     by_torque = sorted(loaded, key=lambda i: torques[i].torque)
-    colours = _colours(len(loaded))
+    colours: Sequence[str] = COLOURS
+    if len(loaded) > len(COLOURS):
+        from matplotlib import colormaps
+        from matplotlib.colors import to_hex
+
+        # From dark blue to salmon, all with enough contrast to white (3 : 1).
+        shades = colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))
+        colours = list(map(to_hex, shades))
     for i, torque in enumerate(torques):
         label = labels[i]
         if labels.count(label) > 1:
@@ -185,18 +187,6 @@ def _groups(n: Numbers) -> Iterator[TorqueGroup]:
         mean = n.value(f"torques.{i}.product.value")
         members = n.analysis.measurements.by_torque[i]
         yield TorqueGroup(look, members, torque, shown((mean,)))
-
-
-def _colours(count: int) -> Sequence[str]:
-    """Return colours for a number of torques."""
-    if count <= len(COLOURS):
-        return COLOURS
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    # From dark blue to salmon, all with enough contrast to white (3 : 1).
-    shades = colormaps["plasma"](np.linspace(0.0, 0.66, count))
-    return list(map(to_hex, shades))
 
 
 # --- texts ---

@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import cycle
 from pathlib import Path
@@ -126,7 +126,10 @@ def draw_product(ax: Axes, scene: Scene) -> None:
         look = group.look
         product = group.summary.product
         half = 2 * (product.u or 0.0)
-        _draw_band(ax, product.value, half, look.colour, 0.2)
+        low = product.value - half
+        high = product.value + half
+        ax.axhspan(low, high, color=look.colour, alpha=0.2, linewidth=0.0)
+        ax.axhline(product.value, color=look.colour)
         if few:
             look = look._replace(label=f"{look.label}\n{group.mean}")
         groups.append(Group(look, group.members))
@@ -207,7 +210,10 @@ def draw_days(ax: Axes, scene: Scene) -> None:
         colour, marker = next(looks)
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
-        _draw_band(ax, minus_m0, half, colour, 0.15)
+        low = minus_m0 - half
+        high = minus_m0 + half
+        ax.axhspan(low, high, color=colour, alpha=0.15, linewidth=0.0)
+        ax.axhline(minus_m0, color=colour)
         runs = np.flatnonzero(scene.analysis.measurements.day == number)
         look = Look(short_name(block.name, 30), colour, marker)
         days.append(Group(look, runs.tolist()))
@@ -351,13 +357,6 @@ def _draw_line(
             ax.plot(x, y, color=SOFT, linestyle="dashed", label=label)
 
 
-def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
-    """Draw a horizontal line and its band."""
-    low, high = middle - half, middle + half
-    ax.axhspan(low, high, color=colour, alpha=alpha, linewidth=0.0)
-    ax.axhline(middle, color=colour)
-
-
 def _draw_runs(
     ax: Axes,
     scene: Scene,
@@ -381,23 +380,33 @@ def _draw_runs(
         if rank % scene.labelled:
             label = "_"
         _draw_marks(ax, scene, group, points, label)
-    if np.any(x.u) or np.any(y.u):
+    if np.any(np.hypot(x.u, y.u)):
         of_bars: Any = list(colours)
         inner_x = np.where(inside, at_x, np.nan)
         ax.errorbar(inner_x, at_y, y.u, x.u, fmt="none", ecolor=of_bars, elinewidth=1.0)
     odd = np.flatnonzero(scene.hollow | ~inside)
     if len(odd) > MOST_NAMES:
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
-    names = {}
-    for i in odd.tolist():
-        name = ""
-        if scene.hollow[i]:
-            name = run_name(scene.names[i])
+    for rank, i in enumerate(odd.tolist()):
+        name = run_name(scene.names[i]) if scene.hollow[i] else ""
         across = _beyond(x.value[i], at_x[i], "→←")
         up = _beyond(y.value[i], at_y[i], "↑↓")
-        names[i] = " ".join(filter(None, [name, across, up]))
-    _name_runs(ax, points, names)
-    _explain_marks(ax, scene, inside.all())
+        text = " ".join(filter(None, [name, across, up]))
+        _write_next_to(ax, (at_x[i], at_y[i]), text, rank)
+    if scene.hollow.any():
+        is_left_out = (scene.left_out == scene.hollow).all()
+        meaning = "left out" if is_left_out else "flagged"
+        ax.plot(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="white",
+            color=SOFT,
+            label=f"hollow: {meaning}",
+        )
+    if not inside.all():
+        ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
 
 
 def _draw_marks(
@@ -435,46 +444,27 @@ def _beyond(value: float, shown: float, arrows: str) -> str:
     return f"{arrow} {reading_text(value)}".replace("-", "−")
 
 
-def _explain_marks(ax: Axes, scene: Scene, all_inside: np.bool_) -> None:
-    """Add to the legend what a hollow mark is, and a mark at the edge."""
-    if scene.hollow.any():
-        all_left_out = (scene.left_out == scene.hollow).all()
-        ax.plot(
-            [],
-            [],
-            linestyle="none",
-            marker="o",
-            markerfacecolor="white",
-            color=SOFT,
-            label="hollow: left out" if all_left_out else "hollow: flagged",
-        )
-    if not all_inside:
-        ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
+def _write_next_to(ax: Axes, mark: tuple[float, float], text: str, rank: int) -> None:
+    """Write a text next to a mark, on the side towards the middle of the axes.
 
-
-def _name_runs(ax: Axes, points: Floats, names: Mapping[int, str]) -> None:
-    """Write names next to marks, on the side towards the middle of the axes."""
-    middle_x = np.mean(ax.get_xlim())
-    middle_y = np.mean(ax.get_ylim())
-    for rank, (i, name) in enumerate(names.items()):
-        x, y = points[:, i]
-        is_left = x < middle_x
-        across = 5 if is_left else -5
-        # Names of neighbours are at three heights.
-        away = 10 + 11 * (rank % 3)
-        up = away if y < middle_y else -away
-        ax.annotate(
-            name,
-            (x, y),
-            (across, up),
-            textcoords="offset points",
-            ha="left" if is_left else "right",
-            va="center",
-            fontsize=7.5,
-            zorder=5,
-            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
-            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5},
-        )
+    Neighbours by their rank are at three heights.
+    """
+    x, y = mark
+    is_left = x < np.mean(ax.get_xlim())
+    is_low = y < np.mean(ax.get_ylim())
+    away = 10 + 11 * (rank % 3)
+    ax.annotate(
+        text,
+        mark,
+        (5 if is_left else -5, away if is_low else -away),
+        textcoords="offset points",
+        ha="left" if is_left else "right",
+        va="center",
+        fontsize=7.5,
+        zorder=5,
+        bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
+        arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5},
+    )
 
 
 # --- figures and files ---

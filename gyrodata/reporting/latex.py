@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 
-from gyrodata.base.errors import shown
 from gyrodata.quantities.numerals import PLAIN
 from gyrodata.reporting.content import report
 from gyrodata.reporting.data import filled
@@ -18,11 +17,17 @@ from gyrodata.reporting.elements import (
     Part,
     Sentence,
     Styled,
-    join,
+    one_line,
 )
 from gyrodata.results import Analysis
 
-_STYLES = {"code": "texttt", "strong": "textbf", "warn": "textbf"}
+_STYLES = {
+    "typed": "{}",
+    "quote": "{}",
+    "code": r"\texttt{{{}}}",
+    "strong": r"\textbf{{{}}}",
+    "warn": r"\textbf{{{}}}",
+}
 
 
 def latex_report(analysis: Analysis) -> str:
@@ -68,36 +73,40 @@ def _column_type(head: Head) -> str:
 
 
 def _sentence(sentence: Sentence) -> str:
-    return join(sentence, escape, _part)
+    return "".join(map(_part, sentence)).strip()
 
 
-def _part(part: Part) -> str | None:
-    """Write a number or a style; text is left to the caller."""
+def _part(part: Part) -> str:
+    """Write a part of a sentence; only the words of the tool contain symbols."""
     if isinstance(part, Number):
         return _quantity(part)
-    if isinstance(part, Styled) and part.style in _STYLES:
-        return rf"\{_STYLES[part.style]}{{{escape(part.text)}}}"
-    return None
+    if isinstance(part, Styled):
+        return _STYLES[part.style].format(as_typed(part.text))
+    return escape(str(part))
 
 
 def _quantity(number: Number) -> str:
-    """Write a number for siunitx; a name or a plain number stays text."""
+    r"""Write a number for siunitx: "4.42 ± 0.03 mm" is ``\qty{4.42 +- 0.03}{…}``.
+
+    A name, a bound ("< 0.1") or a plain number stays text.
+    """
     if not PLAIN.fullmatch(number.shown[0]):
-        return escape(str(number))
-    power = number.exponent + number.scale.exponent * number.unit
+        return as_typed(str(number))
+    power = number.exponent
+    unit = ""
+    if number.unit:
+        power += number.scale.exponent
+        unit = number.scale.siunitx
     times = f" e{power}" if power else ""
-    is_interval = number.between != " ± " and len(number.shown) == 2
-    ends = number.shown if is_interval else (" +- ".join(number.shown),)
-    digits = "".join(f"{{{end}{times}}}" for end in ends)
-    if number.unit and number.scale.unit:
-        command = r"\qtyrange" if is_interval else r"\qty"
-        return f"{command}{digits}{{{number.scale.siunitx}}}"
-    plain = digits[1:-1]
-    if " " in plain or "e" in plain:
-        return rf"\num{digits}"
-    if plain.startswith(("-", "+")):
-        return f"${plain}$"
-    return plain
+    if number.between == " to ":
+        low, high = number.shown
+        return rf"\qtyrange{{{low}{times}}}{{{high}{times}}}{{{unit}}}"
+    digits = " +- ".join(number.shown) + times
+    if unit:
+        return rf"\qty{{{digits}}}{{{unit}}}"
+    if digits != number.shown[0]:
+        return rf"\num{{{digits}}}"
+    return f"${digits}$" if digits.startswith(("-", "+")) else digits
 
 
 def _head(head: Head) -> str:
@@ -154,39 +163,36 @@ _MATH = {
 
 _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆₇₈₉", "-0123456789n0123456789")
 _SIGNS = "".join(sign for sign in _MATH if len(sign) == 1)
-_TOKEN = rf"\b(?:I_zz|M0)\b|[{_SIGNS}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
-_SYMBOL = rf"(?:{_TOKEN}|{SYMBOLS.pattern})"
-_FORMULA = (
-    rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?{_SYMBOL}"
-    rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*{_SYMBOL})*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
-)
-"""Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz
-ψ̇ / (M + M0"""
+_SIGN = rf"\b(?:I_zz|M0)\b|[{_SIGNS}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
+"""A sign that exists only in mathematics, or a power: "φ̇", "M0", "⁻³"."""
 
 
 def escape(text: str) -> str:
-    r"""Write text as one line of LaTeX that contains no command of its own.
+    r"""Write words of the tool as one line of LaTeX.
 
     Symbols of quantities and mathematical signs become formulas: "φ̇ψ̇ ∝ M" is
     ``$\dot\varphi\dot\psi \propto M$``.
     """
-    letters = [" " if letter.isspace() else letter for letter in shown(text)]
-    text = "".join(letters)
-    done, end = "", 0
-    for match in re.finditer(_FORMULA, text):
-        formula = match[0]
-        behind = text[match.end() : match.end() + 1]
-        is_open = formula.count("(") > formula.count(")")
-        closes_bracket = behind == ")" and is_open
-        closes_bar = behind == "|" and formula.count("|") % 2
-        if closes_bracket or closes_bar:
-            formula += behind
-        done += _plain(text[end : match.start()])
-        done += f"${re.sub(_TOKEN, _sign, formula)}$"
-        end = match.start() + len(formula)
-    done += _plain(text[end:])
+    return _with_formulas(rf"(?:{_SIGN}|{SYMBOLS.pattern})", text)
+
+
+def as_typed(text: str) -> str:
+    """Write a text from the log as one line of LaTeX that contains no command.
+
+    TeX needs a formula for the signs of mathematics; a single letter stays a letter.
+    """
+    return _with_formulas(rf"(?:{_SIGN})", text)
+
+
+def _with_formulas(symbol: str, text: str) -> str:
+    """Escape a text; symbols, with what connects them, become formulas."""
+    formula = rf"({symbol}(?:[ =/+0-9]*{symbol})*)"
+    written = ""
+    for i, piece in enumerate(re.split(formula, one_line(text))):
+        is_formula = i % 2
+        written += f"${re.sub(_SIGN, _sign, piece)}$" if is_formula else _plain(piece)
     # A number stays on the line of its per cent.
-    return re.sub(r"(?<=\d) (?=\\%)", "~", done)
+    return re.sub(r"(?<=\d) (?=\\%)", "~", written)
 
 
 def _plain(text: str) -> str:

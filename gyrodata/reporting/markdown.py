@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 
-from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
 from gyrodata.reporting.data import filled
-from gyrodata.reporting.elements import Part, Sentence, Styled, join
+from gyrodata.reporting.elements import Part, Sentence, Styled, one_line
 from gyrodata.reporting.figures import alternatives
 from gyrodata.results import Analysis
 
@@ -45,16 +44,26 @@ def markdown_report(analysis: Analysis, figures: str = "{}.png") -> str:
 
 def escape(text: str) -> str:
     """Write text as one line of Markdown that has no other meaning."""
-    line = _ACTIVE.sub(r"\\\g<0>", shown(text))
-    return _BLOCK_START.sub(r"\g<1>\\\g<2>", line)
+    return _as_line(_inside(text))
 
 
 def _sentence(sentence: Sentence) -> str:
-    return join(sentence, escape, _code)
+    return _as_line("".join(map(_part, sentence)))
 
 
-def _code(part: Part) -> str | None:
+def _part(part: Part) -> str:
+    text = str(part)
     is_code = isinstance(part, Styled) and part.style == "code"
-    if is_code and "`" not in str(part):
-        return f"`{part}`"
-    return None
+    if is_code and "`" not in text:
+        return f"`{text}`"
+    return _inside(text)
+
+
+def _inside(text: str) -> str:
+    """Escape what has a meaning inside a line."""
+    return _ACTIVE.sub(r"\\\g<0>", one_line(text))
+
+
+def _as_line(text: str) -> str:
+    """Escape what has a meaning at the beginning of a line."""
+    return _BLOCK_START.sub(r"\g<1>\\\g<2>", text.strip())

@@ -16,6 +16,7 @@ from typing import Literal
 from markupsafe import Markup, escape
 from msgspec import Struct
 
+from gyrodata.fitting.inertia import Estimate
 from gyrodata.reporting import content
 from gyrodata.reporting.data import filled, json_text, table_header, table_rows
 from gyrodata.reporting.elements import (
@@ -28,7 +29,7 @@ from gyrodata.reporting.elements import (
     Table,
     plain,
 )
-from gyrodata.reporting.figure_data import Look, list_looks
+from gyrodata.reporting.figure_data import Look, list_groups
 from gyrodata.reporting.figures import Form, alternatives, render
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -36,6 +37,7 @@ from gyrodata.results import Analysis
 
 _STYLES = {
     "strong": "<strong>{}</strong>",
+    "typed": "{}",
     "quote": "<q>{}</q>",
     "code": "<code>{}</code>",
     "warn": '<strong class="warn">{}</strong>',
@@ -69,11 +71,12 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         it.
     """
     whole = content.report(analysis)
-    write = _Writer(whole.numbers, list_looks(analysis))
+    looks = [group.look for group in list_groups(whole.numbers)]
+    write = _Writer(whole.numbers, looks)
     filters = {
         "sentence": write.sentence,
         "typeset": _typeset,
-        "draw": write.draw,
+        "pictures": write.pictures,
     }
     images = {}
     for name, data in figures.items():
@@ -81,6 +84,9 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         images[name] = f"data:image/svg+xml;base64,{in_letters}"
     alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
+    folder = Path(__file__).parent
+    style = (folder / "report.css").read_text("utf-8")
+    script = (folder / "report.js").read_text("utf-8")
     return filled(
         "report.html.jinja",
         filters,
@@ -88,14 +94,9 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         images=images,
         alt=alt,
         title=title,
-        style=_part("report.css"),
-        script=_part("report.js"),
+        style=Markup(style),
+        script=Markup(script),
     )
-
-
-def _part(name: str) -> Markup:
-    """Return a file that the page contains as it is."""
-    return Markup(Path(__file__).with_name(name).read_text("utf-8"))
 
 
 class _Writer(Struct):
@@ -140,27 +141,18 @@ class _Writer(Struct):
                 written.append(_typeset(part))
         return Markup("".join(written))
 
-    def draw(self, table: Table, row: int, column: int) -> Markup:
-        """Draw a cell: as a bar, or as a dot with its u on the axis of the column.
+    def pictures(self, table: Table) -> list[list[Markup]]:
+        """Draw the cells of each column that has drawings; [] for other columns.
 
-        Screen readers skip the drawing, because the cell contains the same numbers.
+        Screen readers skip the drawings, because the cells contain the same numbers.
         """
-        compared = table.heads[column].compared
-        values = [self._values(cells[column]) for cells in table.rows]
-        if compared is None:
-            return Markup(BAR.format(100 * values[row][0]))
-        middle, unit = compared
-        if not unit:
-            return Markup()
-        away = [abs(value - middle) + sum(u) for value, *u in filter(None, values)]
-        axis = min(max(unit, *away), REACH * unit)
-        boxes = _box("ref", 0.0, unit, axis)
-        if values[row]:
-            value, *u = values[row]
-            boxes += _box("bar", value - middle, sum(u), axis)
-            if abs(value - middle) <= axis:
-                boxes += _box("dot", value - middle, 0.0, axis)
-        return Markup(boxes)
+        drawn = []
+        for head, *cells in zip(table.heads, *table.rows, strict=True):
+            pictures = []
+            if head.bars or head.compared:
+                pictures = _drawn([*map(self._values, cells)], head.compared)
+            drawn.append(pictures)
+        return drawn
 
     def _values(self, cell: Sentence) -> list[float]:
         """Return the value of a cell and its u, if it has one; [] without a number."""
@@ -168,6 +160,32 @@ class _Writer(Struct):
             if isinstance(part, Number):
                 return [*map(self.numbers.find, part.places)]
         return []
+
+
+def _drawn(
+    values: Sequence[Sequence[float]], compared: Estimate | None
+) -> list[Markup]:
+    """Draw shares as bars, or values as dots with their u on a common axis.
+
+    `values` contains a share, or a value with its u; [] for a cell without a number.
+    """
+    if compared is None:
+        return [Markup(BAR.format(100 * share)) for (share,) in values]
+    middle, unit = compared.value, compared.u
+    if not unit:
+        return [Markup()] * len(values)
+    away = [abs(value - middle) + sum(u) for value, *u in filter(None, values)]
+    axis = min(max(unit, *away), REACH * unit)
+    drawn = []
+    for cell in values:
+        boxes = _box("ref", 0.0, unit, axis)
+        if cell:
+            value, *u = cell
+            boxes += _box("bar", value - middle, sum(u), axis)
+            if abs(value - middle) <= axis:
+                boxes += _box("dot", value - middle, 0.0, axis)
+        drawn.append(Markup(boxes))
+    return drawn
 
 
 def _box(kind: str, middle: float, half: float, axis: float) -> str:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from gyrodata.judging.tables import UNLIKELY, Ball, turn_words
+from msgspec.structs import replace
+
+from gyrodata.judging.tables import UNLIKELY, turn_words
 from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import (
     Head,
@@ -19,6 +21,7 @@ from gyrodata.reporting.elements import (
     Styled,
     Text,
     join_sentences,
+    message_words,
     paragraph,
     say,
     table,
@@ -37,7 +40,7 @@ from gyrodata.reporting.values import (
     Scale,
 )
 from gyrodata.reporting.words import WORDS
-from gyrodata.results import Analysis, is_wide
+from gyrodata.results import is_wide
 
 AGREES = 2.0
 """Two numbers agree if they differ by at most this many standard uncertainties of their
@@ -52,27 +55,21 @@ ANSWERS = WORDS["answers"]
 PER_SPIN = Scale("s per 100 rpm", r"s/(100\,rpm)", 0.01 / RPM.size)
 
 
-def is_worksheet(analysis: Analysis) -> bool:
-    """Return whether the report asks questions in the place of conclusions."""
-    of_log = analysis.readings.metadata.get("worksheet")
-    return analysis.options.worksheet or of_log == "yes"
-
-
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     """Return a conclusion; in a worksheet, return the question that leads to it."""
-    if is_worksheet(n.analysis):
-        return paragraph(WORDS["tasks"][task], kind="task")
+    if n.is_worksheet:
+        return paragraph(WORDS["tasks"][task], unlikely=str(UNLIKELY), kind="task")
     return Text(sentences)
 
 
-def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
+def question_3(n: Numbers, agreement: Sentence) -> Iterator[Section]:
     """Answer question 3 from the data.
 
     Parameters
     ----------
     n : Numbers
         Of the analysis.
-    agreement, quality : Sentence
+    agreement : Sentence
         Whether the runs agree with one line.
 
     Yields
@@ -80,12 +77,11 @@ def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Secti
     Section
         In the order of the lab sheet.
     """
-    slope = _slope(n, agreement, quality)
     sections = (
         ("Precession period against spin", "3 a", _period(n), "period"),
         ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
         ("The product φ̇ψ̇ at one torque", "3 c", _product(n), "product"),
-        ("Torque against φ̇ψ̇: the slope", "3 d", slope, "torque"),
+        ("Torque against φ̇ψ̇: the slope", "3 d", _slope(n, agreement), "torque"),
         ("The meaning of the slope", "3 e", _meaning(n), "meaning"),
     )
     for words, number, blocks, anchor in sections:
@@ -94,7 +90,7 @@ def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Secti
     yield Section("One run by hand", tuple(_by_hand(n)), "byhand")
 
 
-def others(n: Numbers) -> Iterator[elements.Block]:
+def other_questions(n: Numbers) -> Iterator[elements.Block]:
     """Name the commands for the other questions."""
     options = n.analysis.options
     more = ""
@@ -129,7 +125,7 @@ def _balance(n: Numbers) -> Sentence:
         return (". These runs cannot show whether the ball is balanced.",)
     if not m0.u or m0.interval_95 is None:
         return (".",)
-    if not _agrees(m0.value / m0.u):
+    if abs(m0.value / m0.u) > AGREES:
         return (". The ball was not perfectly balanced.",)
     low, high = m0.interval_95
     larger = 0 if -low > high else 1
@@ -137,41 +133,40 @@ def _balance(n: Numbers) -> Sentence:
     return say(". The imbalance is smaller than {} (95 %).", bound)
 
 
-def _agrees(deviation: float | None) -> bool:
-    return deviation is not None and abs(deviation) <= AGREES
-
-
-def _slope(
-    n: Numbers, agreement: Sentence, quality: Sentence
-) -> Iterator[elements.Block]:
-    """Show the torque against φ̇ψ̇, whose slope is the answer."""
+def _slope(n: Numbers, agreement: Sentence) -> Iterator[elements.Block]:
+    """Answer (d): the torque against φ̇ψ̇, whose slope is I_zz."""
+    analysis = n.analysis
     yield PICTURES["torque"]
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", n.answer(), kind="result")
     yield conclude(n, "line", say("{}.", agreement))
-    yield paragraph("{}.", quality)
+    if analysis.p is None:
+        yield paragraph(ANSWERS["no_quality"])
+    else:
+        chi2 = analysis.fit.chi2
+        digits = f"{chi2:.0f}" if chi2 >= 1000 else f"{chi2:.3g}"
+        yield paragraph(
+            ANSWERS["quality"],
+            p=n.p("goodness.p"),
+            chi2=n.number("goodness.chi2", digits),
+            dof=n.count("goodness.dof", "degree"),
+            scatter=n.scatter("goodness.scatter"),
+        )
     relation = say(ANSWERS["linear"], balance=_balance(n))
-    if n.analysis.runs_disagree:
+    if analysis.runs_disagree:
         relation = say(ANSWERS["not_linear"])
     yield conclude(n, "balance", relation)
-    yield Text((join_sentences(_facts_of_line(n)),))
-
-
-def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
-    """State the residual torque, and what follows from other fits."""
-    analysis = n.analysis
-    m0 = n.value("residual_torque.value")
-    yield say("The residual torque M0 is {}.", m0)
+    facts = [say("The residual torque M0 is {}.", n.value("residual_torque.value"))]
     if analysis.centre_of_mass is not None:
         distance = n.value("centre_of_mass.value", MICROMETRE)
-        yield say(ANSWERS["centre_of_mass"], distance=distance)
-    origin = analysis.fits[1]
-    if origin.deviation is not None:
+        facts.append(say(ANSWERS["centre_of_mass"], distance=distance))
+    if analysis.fits[1].deviation is not None:
         slope = n.value("fits.1.inertia.value")
         away = n.shift("fits.1.deviation")
-        yield say("A line without an intercept has the slope {}, {} away.", slope, away)
+        facts.append(say(ANSWERS["without_intercept"], slope=slope, away=away))
     if analysis.timing_bias.u:
         bias = n.value("timing_bias.value")
-        yield say("The timing bias b of the stopwatch is {}.", bias)
+        facts.append(say("The timing bias b of the stopwatch is {}.", bias))
+    yield Text((join_sentences(facts),))
 
 
 def _period(n: Numbers) -> Iterator[elements.Block]:
@@ -180,7 +175,7 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
     exponent = n.analysis.exponent
     case = "period_unknown"
     if exponent:
-        is_proportional = _agrees(exponent.deviation)
+        is_proportional = abs(exponent.deviation) <= AGREES
         case = "period_proportional" if is_proportional else "period_increases"
     yield conclude(n, "period", say(ANSWERS[case]))
     rows = []
@@ -203,17 +198,19 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     rows: list[tuple[elements.Cell, ...]] = []
     for i, here in enumerate(n.each("power_law")):
         exponent = here.cell("exponent", here.value, NUMBER)
-        reason = None if exponent else here.find("reason")
+        reason = None if exponent else message_words(here.find("reason"))
         rows.append((n.load(i), exponent, reason))
     rows.append(("all together", everything, None))
+    proportional = replace(whole, value=1.0)
     heads = (
         "load",
-        Head("exponent n", compared=(1.0, whole.u or 0.0)),
+        Head("exponent n", compared=proportional),
         Head("remark", wrap=0.45),
     )
     caption = "Exponent of each torque, and one for all"
     yield table(heads, rows, caption, main=len(rows) - 1)
-    case = "exponent_agrees" if _agrees(whole.deviation) else "exponent_differs"
+    agrees = abs(whole.deviation) <= AGREES
+    case = "exponent_agrees" if agrees else "exponent_differs"
     deviation = n.shift("exponent.deviation")
     verdict = say(ANSWERS[case], deviation=deviation)
     reason = say(ANSWERS["exponent_reason"])
@@ -260,13 +257,8 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     fastest = spins.index(max(spins))
     momentum = n.value("angular_momentum.value")
     spin = n.reading(fastest, "spin")
-    words = "At the fastest spin, {}, L = I_zz ψ̇ = {}."
-    yield paragraph(words, spin, momentum, kind="result")
-    yield from _ball(n)
-
-
-def _ball(n: Numbers) -> Iterator[elements.Block]:
-    """Compare I_zz with what the dimensions of the ball give."""
+    fastest_words = "At the fastest spin, {}, L = I_zz ψ̇ = {}."
+    yield paragraph(fastest_words, spin, momentum, kind="result")
     ball = n.analysis.ball
     if ball is None:
         mass = Styled("# ball_mass: 4.10 ± 0.01 kg", "code")
@@ -274,26 +266,27 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
         words = ANSWERS["no_ball"]
         yield paragraph(words, mass=mass, diameter=diameter, kind="small")
         return
-    yield Text((_described(n, ball),))
-    yield conclude(n, "ball", compare_with_ball(n))
-
-
-def _described(n: Numbers, ball: Ball) -> Sentence:
-    """Write what the dimensions of the ball or disk give."""
     exact = ""
     if ball.inertia_u is None:
         exact = " (assumed exact: the log gives no uncertainty)"
     scale = values.inertia_scale(ball.inertia, ball.inertia_u)
     whole = n.value("ball.inertia", scale)
     if ball.mass is None:
-        return say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
-    parts = {"its bore": ball.bore, "its rod": ball.rod, "the disk": ball.disk}
-    names = [name for name, part in parts.items() if part]
-    added = f" with {' and '.join(names)}" if names else ""
-    mass = n.value("ball.mass", values.mass_scale(ball.mass))
-    diameter = n.value("ball.diameter", CENTIMETRE)
-    words = "A ball of {} and {} has 2/5 m r²{} = {}{}."
-    return say(words, mass, diameter, added, whole, exact)
+        words = "The disk that the log describes has ½ m r² = {}{}."
+        yield paragraph(words, whole, exact)
+    else:
+        parts = {"its bore": ball.bore, "its rod": ball.rod, "the disk": ball.disk}
+        names = [name for name, part in parts.items() if part]
+        added = f" with {' and '.join(names)}" if names else ""
+        yield paragraph(
+            "A ball of {} and {} has 2/5 m r²{} = {}{}.",
+            n.value("ball.mass", KILOGRAM),
+            n.value("ball.diameter", CENTIMETRE),
+            added,
+            whole,
+            exact,
+        )
+    yield conclude(n, "ball", compare_with_ball(n))
 
 
 def compare_with_ball(n: Numbers) -> Sentence:
@@ -307,7 +300,7 @@ def compare_with_ball(n: Numbers) -> Sentence:
     if ball.relative > 1:
         factor = n.number("ball.relative", f"{ball.relative:.3g}")
         return say(ANSWERS["ball_far"], body=body, factor=factor)
-    close = _agrees(ball.deviation)
+    close = abs(ball.deviation) <= AGREES
     is_solid = ball.mass is not None and not ball.bore
     bore = ""
     if is_solid and not close and abs(ball.relative) < BORED:
@@ -333,22 +326,41 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     The result shows the calculation step by step in SI units.
     """
     runs = n.analysis.run_table
+    measured = n.analysis.measurements
     loaded = [i for i, run in enumerate(runs) if run.torque]
     i = min(loaded, key=lambda i: runs[i].left_out)
-    here = n.run(i)
+    run = runs[i]
+    here = n.at(f"runs.{i}")
     torque = here.value("torque", NEWTON_METRE)
+    of_torque = say("M = {}, as the log gives it", torque)
+    if run.mass is not None and run.position is not None:
+        mass = here.value("mass", KILOGRAM, step=measured.mass_step[i])
+        arm = here.value("position", METRE, step=measured.position_step[i])
+        g = n.value("constants.g", FREE_FALL)
+        of_torque = say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
     rate = here.value("precession_rate")
+    of_rate = say("φ̇ = {}, as the log gives it", rate)
+    if measured.timed:
+        turns, _ = turn_words(run.turns).split(" ")
+        words = (
+            "φ̇ = {}2π × ({}) / {} = {}" if "/" in turns else "φ̇ = {}2π × {} / {} = {}"
+        )
+        # The rod turns the other way if the weight is on the other side.
+        sign = "−" if run.precession_rate < 0 else ""
+        number = here.number("turns", turns)
+        of_rate = say(words, sign, number, n.reading(i, "time"), rate)
+    read = n.reading(i, "spin")
     spin = here.value("spin")
+    mean = ""
+    if measured.spin_start is not None:
+        mean = ", the mean of what was read"
     product = here.value("product")
     inertia = here.value("inertia")
-    read = n.reading(i, "spin")
-    is_mean = n.analysis.measurements.spin_start is not None
-    mean = ", the mean of what was read" if is_mean else ""
     words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
     yield paragraph(words, here.number("run"), here.number("line"))
     steps = (
-        _torque_by_hand(n, i, torque),
-        _rate_by_hand(n, i, rate),
+        of_torque,
+        of_rate,
         say("ψ̇ = {} × (2π rad)/(60 s) = {}{}", read, spin, mean),
         say("φ̇ψ̇ = {} × {} = {}", rate, spin, product),
         say("I_zz = M/(φ̇ψ̇) = {} / ({}) = {}", torque, product, inertia),
@@ -357,32 +369,3 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     fitted = n.value("inertia.value")
     method = n.analysis.model.words
     yield paragraph(ANSWERS["single_run"], method=method, inertia=fitted)
-
-
-def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
-    """Compute the torque of a run from its load."""
-    run = n.analysis.run_table[i]
-    if run.mass is None or run.position is None:
-        return say("M = {}, as the log gives it", torque)
-    measured = n.analysis.measurements
-    here = n.run(i)
-    mass = here.value("mass", KILOGRAM, step=measured.mass_step[i])
-    arm = here.value("position", METRE, step=measured.position_step[i])
-    g = n.value("constants.g", FREE_FALL)
-    return say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
-
-
-def _rate_by_hand(n: Numbers, i: int, rate: elements.Number) -> Sentence:
-    """Compute the precession rate of a run from its turns and its time."""
-    if not n.analysis.measurements.timed:
-        return say("φ̇ = {}, as the log gives it", rate)
-    run = n.analysis.run_table[i]
-    turns, _ = turn_words(run.turns).split(" ")
-    number = n.run(i).number("turns", turns)
-    factor: Sentence = (number,)
-    if "/" in turns:
-        factor = say("({})", number)
-    time = n.reading(i, "time")
-    # The rod turns the other way if the weight is on the other side.
-    sign = "−" if run.precession_rate < 0 else ""
-    return say("φ̇ = {}2π × {} / {} = {}", sign, factor, time, rate)

@@ -71,7 +71,8 @@ def summary(
 def _lines_of(blocks: Iterable[Block], columns: Columns) -> Iterator[str]:
     """Write blocks as lines; without the figures."""
     for block in blocks:
-        if isinstance(block, Text):
+        # The terminal prints the warnings below the report, with their remedies.
+        if isinstance(block, Text) and block.kind != "warning":
             yield from map(plain, block.sentences)
         elif isinstance(block, Table):
             yield from _table(block, columns)

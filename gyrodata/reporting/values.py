@@ -35,35 +35,26 @@ PERCENT = Scale("%", r"\percent", 0.01)
 IN_U = Scale("u", "u")
 SECOND = Scale("s", r"\second")
 RPM = Scale("rpm", r"\rpm", units.RPM)
+METRE = Scale("m", r"\metre")
 CENTIMETRE = Scale("cm", r"\centi\metre", 1e-2)
+MICROMETRE = Scale("µm", r"\micro\metre", 1e-6)
+GRAM = Scale("g", r"\gram", 1e-3)
+KILOGRAM = Scale("kg", r"\kilogram")
+NEWTON_METRE = Scale("N·m", r"\newton\metre")
+MILLINEWTON_METRE = Scale("mN·m", r"\milli\newton\metre", 1e-3)
+MICRONEWTON_METRE = Scale("µN·m", r"\micro\newton\metre", 1e-6)
 RATE = Scale("rad/s", r"\radian\per\second")
 PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
-KILOGRAM = Scale("kg", r"\kilogram")
-METRE = Scale("m", r"\metre")
-NEWTON_METRE = Scale("N·m", r"\newton\metre")
-MICROMETRE = Scale("µm", r"\micro\metre", 1e-6)
-ANGULAR_MOMENTUM = Scale("kg·m²/s", r"\kilogram\metre\squared\per\second")
 FREE_FALL = Scale("m/s²", r"\metre\per\second\squared")
-
-
-def mass_scale(largest: float) -> Scale:
-    """Choose grams, or kilograms from 1 kg on, for a largest mass [kg]."""
-    return KILOGRAM if largest >= 1 else Scale("g", r"\gram", 1e-3)
-
-
-def torque_scale(largest: float) -> Scale:
-    """Choose N·m, mN·m or µN·m for a largest torque [N*m]."""
-    if largest >= 10:
-        return NEWTON_METRE
-    if largest >= 1e-4:
-        return Scale("mN·m", r"\milli\newton\metre", 1e-3)
-    return Scale("µN·m", r"\micro\newton\metre", 1e-6)
+ANGULAR_MOMENTUM = Scale("kg·m²/s", r"\kilogram\metre\squared\per\second")
+r"""The units of the report: with `CENTIMETRE`, 0.15 [m] of the JSON is "15 cm" in a
+text and ``\qty{15}{\centi\metre}`` in LaTeX."""
 
 
 def inertia_scale(value: float, u: float | None) -> Scale:
     """Choose the power of ten for a moment of inertia and its uncertainty [kg*m^2]."""
     larger = max(value, u or 0.0, key=abs)
-    exponent = _exponent(larger)
+    exponent = exponent_of(larger)
     siunitx = r"\kilogram\metre\squared"
     return Scale("kg·m²", siunitx, 10.0**exponent, exponent)
 
@@ -95,17 +86,6 @@ def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
     return as_read(value, step / factor)
 
 
-def uncertainty_text(u: float, factor: float = 1.0) -> str:
-    """Write an uncertainty or a scatter that is not next to its value.
-
-    The text contains two digits, and all digits before the point.
-    """
-    u /= factor
-    if 99.5 <= abs(u) < 1e9:
-        return f"{u:.0f}"
-    return f"{u:#.2g}".rstrip(".")
-
-
 @lru_cache(maxsize=1024)  # the pages of a class repeat their references
 def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
     """Round a value to its uncertainty: ("4.441", "0.023", 0).
@@ -123,7 +103,8 @@ def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]
     return nominal, spread, int(exponent or 0)
 
 
-def _exponent(value: float) -> int:
+def exponent_of(value: float) -> int:
+    """Return the power of ten of the first digit: -3 for 0.0044."""
     return math.floor(math.log10(abs(value))) if value else 0
 
 
@@ -143,7 +124,7 @@ def power_of_ten(value: float) -> tuple[float, str]:
 
     Examples are (1e-3, "10⁻³") and (1.0, "").
     """
-    exponent = _exponent(value)
+    exponent = exponent_of(value)
     return 10.0**exponent, ten_to(exponent)
 
 
@@ -160,29 +141,6 @@ def inertia_text(value: float, u: float | None) -> str:
     """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
     scale = inertia_scale(value, u)
     return with_unit(number_text(value, u, scale.size), scale)
-
-
-def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, str]:
-    """Round the ends of an interval to two digits of its half-width."""
-    low = low / factor
-    high = high / factor
-    half = (high - low) / 2
-    places = 4
-    if half > 0:
-        places = max(0, 1 - _exponent(half))
-    return f"{low:.{places}f}", f"{high:.{places}f}"
-
-
-def percent_text(value: float) -> str:
-    """Write a relative size in per cent, signed, two digits: "+0.03 %"."""
-    percent = 100 * value
-    if percent == 0:
-        return "0 %"
-    if abs(percent) < 0.001:
-        return "< 0.001 %"
-    if abs(percent) < 99.5:
-        return f"{percent:+.2g} %"
-    return f"{percent:+.0f} %"
 
 
 def p_text(p: float) -> str:

@@ -272,7 +272,7 @@ def test_an_integrator_at_its_tightest_agrees_with_the_series(state: State) -> N
 
 
 def test_impossible_tops_are_refused() -> None:
-    for top in (
+    for inertia, transverse_inertia, torque in (
         (0.0, 1.0, 1.0),
         (1.0, -1.0, 1.0),
         (1.0, 1.0, np.nan),
@@ -281,5 +281,4 @@ def test_impossible_tops_are_refused() -> None:
         with pytest.raises(
             ValueError, match=r"inertia must be above 0|torque is not a finite number"
         ):
-            inertia, transverse_inertia, torque = top
             Top(inertia=inertia, transverse_inertia=transverse_inertia, torque=torque)

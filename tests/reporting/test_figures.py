@@ -24,7 +24,8 @@ from matplotlib.textpath import text_to_path
 from gyrodata import Analysis as Lab
 from gyrodata import analyze
 from gyrodata.reporting import figures
-from gyrodata.reporting.figure_data import Scene, list_looks
+from gyrodata.reporting.elements import Numbers
+from gyrodata.reporting.figure_data import Scene, list_groups
 from gyrodata.reporting.figures import (
     ALL_FIGURES,
     FIGURES,
@@ -280,7 +281,7 @@ def test_figures_show_the_numbers_of_the_analysis() -> None:
             (line.get_label().partition("\n")[0], line.get_color(), line.get_marker())
             for line in lines[::-1]
         ]
-        assert looks == list(list_looks(analysis))
+        assert looks == [group.look for group in list_groups(Numbers(analysis))]
         assert [len(set(part)) for part in zip(*looks, strict=True)] == [3, 3, 3]
 
 

@@ -32,6 +32,7 @@ from gyrodata.reporting.data import table_header, table_rows
 from gyrodata.reporting.figures import FIGURES
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
+from gyrodata.reporting.page import report_page
 from gyrodata.reporting.text import summary
 from gyrodata.results import Analysis
 
@@ -185,6 +186,30 @@ def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
     report = latex_report(replace(evil(), name=f"qqq {' qqq '.join(written)} qqq"))
     shown = [text.strip() for text in report.split("qqq")[1 : len(written) + 1]]
     assert dict(zip(written, shown, strict=True)) == written
+
+
+def test_a_letter_in_a_text_of_the_student_is_no_symbol() -> None:
+    """Only letters in the words of the tool are set as mathematics."""
+    head = "# author: team b\n# station: n\nday,run,mass [g],position [cm],spin [rpm],"
+    log = head + "time [s],turns,M,note\n"
+    for i, rpm in enumerate((200, 300, 400, 500, 600, 250)):
+        day, mass = ("p", 20) if i % 2 else ("k", 40)
+        period = round(1.986 * rpm / mass, 2)
+        log += f"{day},{'bknpuL'[i]},{mass},15,{rpm},{period},1,3,p was M\n"
+    analysis = analyze(log.encode(), name="lab b/team u.csv")
+    document = latex_report(analysis)
+    page = report_page(analysis, {})
+    for text in ("team b", "lab b/team u.csv", "p was M", "Station: n", '"M"'):
+        assert text in document
+        assert html.escape(text).replace("&quot;", "&#34;") in page
+    # The tool's own letters: these are symbols.
+    for letter in "bknpuLM":
+        named = re.findall(
+            rf"(?:team|lab|run|Station:|was|note:) \${letter}\$", document
+        )
+        assert named == []
+    assert "$u$" in document
+    assert "<i>u</i>" in page
 
 
 @pytest.mark.slow

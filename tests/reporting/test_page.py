@@ -274,6 +274,20 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(
     ]
 
 
+def test_terminal_page_and_worksheet_have_one_limit_of_p(analysis: Analysis) -> None:
+    options = replace(analysis.options, worksheet=True)
+    assert "A p below 0.05" in words(make_page(replace(analysis, options=options)))
+    for p, agrees in ((0.051, True), (0.049, False)):
+        shown = replace(analysis, p=p, doubts=())
+        for text in (words(make_page(shown)), summary(shown, verbose=False)):
+            assert ("agree with one straight line" in text) == agrees
+    # All runs are on their lines, but each weight has its own M0.
+    disagreeing = analyze(SAMPLES / "heidelberg_ball.csv")
+    assert "do not agree with one straight line for the reason above" in words(
+        make_page(disagreeing)
+    )
+
+
 def test_page_names_the_run_that_is_worth_repeating() -> None:
     log = SAMPLES / "class" / "adlernina_101_9001_lab.csv"
     repeated = "If you have time, repeat run 4 (line 8): over 2 u away"

@@ -325,7 +325,7 @@ def exercise() -> None:
     from gyrodata.grading.submissions import names
     from gyrodata.grading.submissions.answers import read_answers
     from gyrodata.readings import read_log
-    from gyrodata.reporting import page
+    from gyrodata.reporting import latex, page
 
     for log in LOGS:
         with contextlib.suppress(GyroError):
@@ -334,6 +334,8 @@ def exercise() -> None:
     for platform in names.PLATFORMS.values():
         platform.match("lab.csv")
     page._typeset("20 g")
+    latex.escape("M")
+    latex.as_typed("M0")
     for data in (b"Student,ID,Lab\nAnn,1,\n", b'"Participant","Grade"\n"1",""\n'):
         with contextlib.suppress(GyroError):
             gradebooks.fill_book(data, "book.csv", [])

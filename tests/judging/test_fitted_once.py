@@ -38,3 +38,10 @@ def test_a_refusal_is_raised_again() -> None:
             fitted(refused)
         messages.add(str(caught.value))
     assert len(messages) == 1
+
+
+def test_logs_that_are_analysed_together_are_not_kept() -> None:
+    other = LOG.replace(",15.00,", ",15.10,")
+    lab = analysis.analyze([LOG.encode(), other.encode()], together=True)
+    runs = len(analysis.analyze(LOG.encode()).run_table)
+    assert len(lab.run_table) == 2 * runs

@@ -67,7 +67,7 @@ def _kept_by(
 
     def once(*given: Any, **named: Any) -> Any:
         key = _text_of((step.__name__, arguments(*given), sorted(named.items())))
-        if len(key) > MOST_BYTES:
+        if key is None or len(key) > MOST_BYTES:
             return step(*given, **named)
         if key not in KEPT:
             KEPT[key] = _outcome(step, *given, **named)
@@ -82,13 +82,19 @@ def _kept_by(
     return once
 
 
-def _text_of(arguments: object) -> bytes:
-    """Write arguments; equal ones as one text, even if they share other objects."""
+def _text_of(arguments: object) -> bytes | None:
+    """Write arguments; equal ones as one text, even if they share other objects.
+
+    Logs that are analysed together hold a function, and cannot be written.
+    """
     text = io.BytesIO()
     pickler = pickle.Pickler(text)
     # Write an object again, not where it was before.
     pickler.fast = True
-    pickler.dump(arguments)
+    try:
+        pickler.dump(arguments)
+    except (AttributeError, pickle.PicklingError):
+        return None
     return text.getvalue()
 
 

@@ -46,7 +46,7 @@ def pytest_runtest_logstart(nodeid: str) -> None:
         gc.freeze()
 
 
-OF_SAME_LOGS = ("grading", "judging", "readings", "reporting")
+OF_SAME_LOGS = ("cli", "grading", "judging", "readings", "reporting", "tests")
 """Folders whose tests analyse or grade the same log again and again. Tests of the fit
 itself draw new labs, and looking whether they were fitted would cost them time."""
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata.analysis import check_fit, fit_log
+from gyrodata import analysis
 from gyrodata.measurements import Measurements, Source
 from gyrodata.physics.models import ModelName
 from gyrodata.readings import read_log
@@ -21,7 +21,8 @@ def analyze_briefly(log: Any, model: ModelName = "auto", **given: Any) -> Fitted
     """Analyse a log without what only a report shows: the same I_zz, odd runs and
     refusals in a tenth of the time.
     """
-    return check_fit(fit_log(read_log(log, **given), Options(model=model)))
+    fitted = analysis.fit_log(read_log(log, **given), Options(model=model))
+    return analysis.check_fit(fitted)
 
 
 def kinds_of_doubts(found: FittedLog) -> list[str]:

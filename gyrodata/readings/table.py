@@ -249,7 +249,9 @@ class TableReader:
         self._use_stated_turns(columns, runs)
         roles_of_blocks, blocks = self._blocks(rows, columns)
         sentences = self.table.statements
-        origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
+        origin, origin_u = count_from_centre(
+            columns, self.settings, sentences, self.faults
+        )
         others = self._read_others(rows) if self.choice.others else []
         if others:
             decided = self.derived | self.choice.mapped
@@ -264,7 +266,7 @@ class TableReader:
             blocks=blocks,
             columns=columns,
             others=tuple(others),
-            position_from=self.settings.fields.get("position_from"),
+            position_from=origin,
             origin_u=origin_u,
             unread=self._unread(columns, rows, {*BLOCKS} - roles_of_blocks),
         )

@@ -53,10 +53,15 @@ def count_from_centre(
     amount = f"{100 * shift:.4g} cm"
     done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
     faults.add("moved", position.place(0), origin=origin, done=done)
+    return origin, share * _u_of_length(key, settings)
+
+
+def _u_of_length(key: str, settings: Settings) -> float:
+    """Return the stated uncertainty of a length, or that of its last digit [m]."""
     u = settings.uncertainties.get(f"u_{key}")
     if u is None:
-        return origin, share * (settings.steps[key] / math.sqrt(12))
-    return origin, share * u.at(length)
+        return settings.steps[key] / math.sqrt(12)
+    return u.at(settings.constants[key])
 
 
 def _otherwise(sentences: list[Text], is_stated: bool) -> str:

@@ -229,6 +229,8 @@ READ = {
     + "\n"
     + "".join(",,".join(f"{s},{t(m, s)}" for m in MASSES) + "\n" for s in SPINS)
     + "One turn each; r = 14.8 cm\n",
+    "names with the numbers of pandas": "m (g),x (cm),rpm,t (s),turns,"
+    "m (g).1,x (cm).1,rpm.1,t (s).1,turns.1\n20.1,14.8,400,9.1,1,40.3,14.8,400,4.6,1\n",
     "a row struck out": MARKDOWN
     + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")
     + "| ~~20.1~~ | ~~14.8~~ | ~~300~~ | ~~1.0~~ | ~~1~~ |\n",
@@ -560,7 +562,9 @@ ASKED_FORMS = {
     "used": "G306",
     "a constant from the surface": "G340",
     "a constant, and the radius": "G340",
-    "blocks with titles": "G301",
+    "blocks with titles": "G210",
+    "names at the side of three tables": "G210",
+    "names with the numbers of pandas": "G210",
     "merged cells of a web page": "G104",
     "LaTeX with a caption": "G104",
     "the ditto mark of Japan": "G203",
@@ -587,7 +591,7 @@ ASKED_FORMS = {
     "remarks behind %": "G301",
     "a remark on turns and a text about turns": "G301",
     "units in a sentence, with that of the spin in words": "G207",
-    "letters explained below": "G206",
+    "letters explained below": "G207",
     "turns behind time": "G306",
     "a legend": "G206",
     "a legend in German": "G206",

@@ -41,19 +41,31 @@ def count_from_centre(
         faults.add("two_origins", position.place(0))
     if origin not in roles.ORIGIN_LENGTHS:
         return stated, 0.0
-    key, share, unknown = roles.ORIGIN_LENGTHS[origin]
-    length = settings.constants.get(key)
-    if length is None:
-        otherwise = _otherwise(sentences, is_stated=stated is not None)
-        faults.add(unknown, position.place(0), otherwise=otherwise)
-        return origin, 0.0
+    key, _, unknown = roles.ORIGIN_LENGTHS[origin]
+    if key in settings.constants:
+        return origin, _move_to_centre(columns, origin, settings, faults)
+    otherwise = _otherwise(sentences, is_stated=stated is not None)
+    faults.add(unknown, position.place(0), otherwise=otherwise)
+    return origin, 0.0
+
+
+def _move_to_centre(
+    columns: dict[str, Column], origin: str, settings: Settings, faults: Faults
+) -> float:
+    """Make positions from the surface or the tip count from the centre.
+
+    Return the standard uncertainty of the distance between both places [m].
+    """
+    position = columns["position"]
+    key, share, _ = roles.ORIGIN_LENGTHS[origin]
+    length = settings.constants[key]
     shift = share * length
     moved = [_from_centre(reading, origin, shift) for reading in position.readings]
     columns["position"] = replace(position, readings=tuple(moved))
     amount = f"{100 * shift:.4g} cm"
     done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
     faults.add("moved", position.place(0), origin=origin, done=done)
-    return origin, share * _u_of_length(key, settings)
+    return share * _u_of_length(key, settings)
 
 
 def _u_of_length(key: str, settings: Settings) -> float:

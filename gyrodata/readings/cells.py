@@ -34,12 +34,12 @@ _TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
 """Parts of a turn that a column can count."""
 _PERCENT = "1/100"
-_TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
-    ("time", "min"): (600.0, "s"),
-    ("angle", "rad"): (60.0, "deg"),
-    ("turns", ""): (MOST_TURNS, "%"),
+_TOO_LARGE: dict[tuple[str, str | None], float] = {
+    ("time", "min"): 600.0,
+    ("angle", "rad"): 60.0,
+    ("turns", ""): MOST_TURNS,
 }
-"""Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
+"""Value [SI] that is too large for one run, by role and unit."""
 _COUNTED = (*roles.COUNTS, "spin_turns")
 _IN_WORDS = ("mass", "turns", "spin_turns")
 """Roles whose numbers may be written in words."""
@@ -264,10 +264,9 @@ class CellReader:
                 self._read_one(text)
         if self.role in _COUNTED and (part := part_counted(self.column.header)):
             self._count_parts(part)
-        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
-        large = self._bare_above(most)
+        large = self._too_large()
         if large and large[0] not in self.wrong:
-            self._ask_for_likelier_unit(large, likely)
+            self._ask_for_likelier_unit(large)
         for quantity in self.read.values():
             if quantity.step is not None:
                 finest = self.finest.get(quantity.unit, math.inf)
@@ -336,31 +335,33 @@ class CellReader:
         said = "; ".join(shown[:4])
         self.faults.add("parts_of_turns", self.column.cell, said=said)
 
-    def _ask_for_likelier_unit(self, large: list[str], likely: str) -> None:
-        """Ask for the unit of seconds below "min", degrees below "rad", or percent.
-
-        Turns such as 120 may be degrees, too. A header that names turns itself needs no
-        other unit.
-        """
-        are_angles = self.role == "turns" and all(map(_may_be_degrees, large))
-        if self.column.header.roles == ("turns",) and not are_angles:
-            return
-        values = {"role": self.role, "likely": likely, "text": large[0]}
-        unit = self.unit or self.role
-        # Other parts of a turn give an answer that looks possible: ask.
-        name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
-        if are_angles:
-            name = "turns_or_degrees"
-            values["part"] = str(Fraction(int(large[0]), 360))
-        self.faults.add(name, self.column.cell, unit=unit, **values)
-
-    def _bare_above(self, most: float) -> list[str]:
-        """Return the numbers without a unit of their own that exceed a value [SI]."""
+    def _too_large(self) -> list[str]:
+        """Return the numbers without a unit of their own that no run reaches."""
+        most = _TOO_LARGE.get((self.role, self.unit), math.inf)
         return [
             text
             for text, quantity in self.read.items()
             if quantity.value > most and numerals.PLAIN.fullmatch(text)
         ]
+
+    def _ask_for_likelier_unit(self, large: list[str]) -> None:
+        """Ask for the unit of numbers that are too large in the unit of the header.
+
+        Seconds below "min" and degrees below "rad" make an answer that looks
+        impossible, so a warning is enough. Degrees or percent below turns may not: this
+        is an error, unless the header names turns itself.
+        """
+        cell = self.column.cell
+        first = large[0]
+        if self.role != "turns":
+            likely = "s" if self.role == "time" else "deg"
+            values = {"role": self.role, "unit": self.unit, "likely": likely}
+            self.faults.add("unit_unlikely", cell, text=first, **values)
+        elif all(map(_may_be_degrees, large)):
+            part = str(Fraction(int(first), 360))
+            self.faults.add("turns_or_degrees", cell, text=first, part=part)
+        elif self.column.header.roles != ("turns",):
+            self.faults.add("turns_unlikely", cell, text=first)
 
     def fractions_of_dates(self) -> list[str]:
         """Return the texts read as fractions of which a program made dates."""

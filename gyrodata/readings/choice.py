@@ -16,7 +16,6 @@ from gyrodata.readings.headers import (
     are_turns,
     can_measure,
     may_number,
-    parse_header,
     unused_words,
 )
 from gyrodata.readings.lablog import Faults, header_of, listing
@@ -24,7 +23,6 @@ from gyrodata.readings.layout import Choice, Chosen, columns_of, note_unused
 from gyrodata.readings.names import TOKENS, Header, squeeze
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
-from gyrodata.readings.turns import DIVIDED
 
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
@@ -45,7 +43,7 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
-    columns = _explained_columns(table)
+    columns = columns_of(table)
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
     columns = _with_counts(columns, choice)
@@ -126,39 +124,6 @@ def _unit_for(role: str, header: Header) -> str | None:
     if ends:
         return ends[-1]
     return unit or header.spread.partition(" ")[2] or None
-
-
-# Legends
-
-_LEGEND = re.compile(
-    r"(?m)(?:^|[,;]\s)[^\w\n]*(\w{1,8})[^\S\n]*[=:–-][^\S\n]*"
-    rf"((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED.pattern})(?:[^,;\n]|[,;](?!\s))*)"
-)
-"""A line such as "T = time of one turn"; but not "T = t/3"."""
-
-
-def _explained_columns(table: layout.Layout) -> list[Chosen]:
-    """Return the columns, with what sentences and lines of the log say of symbols."""
-    text = "\n".join(statement.text for statement in table.statements)
-    legends = {squeeze(match[1]): match[2] for match in _LEGEND.finditer(text)}
-    columns = columns_of(table)
-    for at, column in enumerate(columns):
-        symbol = squeeze(column.header.name.partition(" ")[0])
-        if symbol in legends:
-            columns[at] = _explained(column, legends[symbol])
-    return columns
-
-
-def _explained(column: Chosen, legend: str) -> Chosen:
-    """Return a column with the role or the turns that a legend gives its symbol."""
-    header = column.header
-    meaning = parse_header(legend)
-    if header.turns or meaning.is_of_means:
-        return column
-    turns = meaning.turns if "time" in header.roles else ""
-    names = tuple(role for role in header.roles if role in meaning.roles)
-    names = ("time",) if turns else names or header.roles
-    return replace(column, header=replace(header, roles=names, turns=turns))
 
 
 # By name

@@ -161,30 +161,17 @@ _SIGNS = frozenset("0123456789.,/+-− ")
 """The signs of a number, a blank included."""
 
 
-def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
-    """Return the units of a row of units, in brackets or not; [] for another row.
-
-    A row `below_names` may contain the units of a few quantities that gyro does not
-    use.
-    """
+def units_of_row(texts: Sequence[str]) -> list[str]:
+    """Return the units of a row of units, in brackets or not; [] for another row."""
     units = [text.strip("[]()").strip() for text in texts]
-    known = list(filter(_is_unit, units))
-    unknown = [text for text in texts if not _may_be_unit(text)]
-    is_row = not unknown
-    if below_names and len(unknown) < len(known):
-        is_row = all(map(_is_sign_of_unit, unknown))
-    return units if known and is_row else []
+    is_row = any(map(_is_unit, units)) and all(map(_may_be_unit, texts))
+    return units if is_row else []
 
 
 def _may_be_unit(text: str) -> bool:
     """Return whether a text is blank, 1, a unit, or an unknown unit in brackets."""
     is_none = text in BLANKS or text == "1"
     return is_none or text[0] in "[(" or _is_unit(text)
-
-
-def _is_sign_of_unit(text: str) -> bool:
-    """Return whether a text may be a unit, such as "°C" and "V"."""
-    return len(text) <= 4 and not any(map(str.isdigit, text))
 
 
 def _is_unit(text: str) -> bool:
@@ -310,7 +297,7 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     best = max(shares.values())
     blanks = sum(" " in lines[index].strip() for index in body)
     if min(best_without, best) < 1 and 2 * blanks > len(body):
-        from gyrodata.readings.shapes import aligned
+        from gyrodata.readings import aligned
 
         if aligned.write_tabs(lines, body, best_without, best):
             return "\t"

@@ -94,18 +94,17 @@ _TURNS_BESIDE_SYMBOL = tuple(
 
 
 def _usual_header(text: str) -> Header | None:
-    """Read "run", "mass [g]" and "T (s)", and unknown words; None for other headers."""
+    """Read a known name and perhaps its unit: "run", "mass [g]", "T (s)".
+
+    None for every other header: `unusual_header` reads it.
+    """
     match = _USUAL.fullmatch(text)
     if match is None:
-        return Header("") if text == "" else None
+        return None
     name = match[1]
     unit = match[2]
-    roles = exact_roles(name)
-    if not roles:
-        is_unknown = unit is None and name.isalpha() and name.islower()
-        return Header(text, name=name) if is_unknown and not kinds_of(name) else None
-    fitting = _fitting_roles(roles, name, unit)
-    return Header(text, fitting, unit, name=name) if fitting else None
+    roles = _fitting_roles(exact_roles(name), name, unit)
+    return Header(text, roles, unit, name=name) if roles else None
 
 
 def _fitting_roles(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable
 from itertools import chain, pairwise
@@ -23,13 +24,14 @@ from gyrodata.readings.grid import (
     units_of_row,
 )
 from gyrodata.readings.headers import counts_weights, parse_header
-from gyrodata.readings.lablog import Faults, Text, header_of
+from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
     LETTERS,
     Header,
     Phrases,
     measures,
     name_roles,
+    squeeze,
 )
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.turns import turns_in
@@ -79,6 +81,9 @@ def find_head(grid: Grid, faults: Faults) -> Row:
     if head is None and max(len(row.texts) for row in grid.rows) == 1:
         raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
     head = head or _first_of_usual_width(rows)
+    if again := _start_of_second_table(head.filled()):
+        at = filled_at(head)[again]
+        raise faults.refuse("side_by_side", grid.cell(head, at))
     filled = len(filled_at(head))
     if 2 * count_of_numbers(head.texts) >= max(1, filled):
         raise faults.refuse("no_header_row", grid.cell(head, 0))
@@ -127,6 +132,25 @@ def check_names(columns: list[HeaderCell], faults: Faults) -> None:
             role = "".join(header.roles)
             raise faults.refuse(names.get(role, "same_names"), cell)
         names_before.add((cell.text, header))
+
+
+def _start_of_second_table(texts: list[str]) -> int:
+    """Return the number of the name at which all names repeat; 0 if they do not."""
+    if any(map(is_number, texts)):
+        return 0
+    names = [squeeze(re.sub(_COPY, "", text)) for text in texts]
+    # A column on the left may number the rows of all tables.
+    for left in (0, 1):
+        for size in range(2, (len(names) - left) // 2 + 1):
+            second = left + size
+            first_names = names[left:second]
+            if first_names == names[second : second + size]:
+                return second
+    return 0
+
+
+_COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
+"""What a spreadsheet or a data logger writes behind names that repeat."""
 
 
 # --- A table without anything else around it ---
@@ -189,7 +213,7 @@ def layout_of(
     `words` are the rows of text around the runs.
     """
     if not rows:
-        raise faults.refuse("no_runs", sample=_sample_of(grid))
+        raise faults.refuse("no_runs")
     _check_header(columns, rows, faults)
     cells = [
         cell if cell.text else replace(cell, text=f"column {number}")
@@ -198,20 +222,6 @@ def layout_of(
     texts = [Text(", ".join(row.filled()), grid.cell(row, 0).place) for row in words]
     headers = [header for _, header in columns]
     return Layout(grid, cells, headers, rows, [*grid.comments, *texts])
-
-
-def _sample_of(grid: Grid) -> str:
-    """Return a header and the first run of sentences, as they should be typed."""
-    first: dict[str, str] = {}
-    for row in grid.rows:
-        statements = captions.statements_in(row)
-        first = {role: text for role, (text, _) in statements.items()} | first
-        if first.keys() >= {"mass", "position", "spin", "time"}:
-            pairs = [(role, text.partition(" ")) for role, text in first.items()]
-            headers = [header_of(role, unit or None) for role, (_, _, unit) in pairs]
-            numbers = [number for _, (number, _, _) in pairs]
-            return f", such as\n{'; '.join(headers)}\n{'; '.join(numbers)}"
-    return ""
 
 
 def _check_header(columns: list[HeaderCell], rows: list[Row], faults: Faults) -> None:

@@ -193,23 +193,14 @@ def _names_position(note: str) -> bool:
     return any({"position", "mass"}.intersection(name_roles(word)[0]) for word in words)
 
 
-def _calls_position_diameter(note: str, grid: Grid) -> bool:
-    """Return whether a note says such as "r is really the diameter" of a column r."""
-    names = [f" {name} " for name in _names_of_position(grid)]
+def _calls_position_diameter(note: str) -> bool:
+    """Return whether a note says such as "r is really the diameter"."""
     for clause in filter(DIAMETER.is_in, note.replace(";", ",").split(",")):
-        letters = LETTERS.findall(clause)
-        words = " ".join(letters)
-        is_other = SPHERE.is_in(clause) or ROD.is_in(clause)
-        if not is_other and any(name in f" {words} " for name in names):
+        words = LETTERS.findall(clause)
+        names = any("position" in exact_roles(word) for word in words)
+        if names and not (SPHERE.is_in(clause) or ROD.is_in(clause)):
             return True
     return False
-
-
-def _names_of_position(grid: Grid) -> list[str]:
-    """Return the names of positions in the headers of all tables."""
-    texts = itertools.chain(*(row.texts for row in grid.rows if is_head(row)))
-    headers = map(parse_header, texts)
-    return [header.name for header in headers if "position" in header.roles]
 
 
 def read_notes(grid: Grid, faults: Faults) -> str:
@@ -261,7 +252,7 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
     counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
     for note, cell in notes.items():
         named = altered_readings(note)
-        if not named and DIAMETER.is_in(note) and _calls_position_diameter(note, grid):
+        if not named and _calls_position_diameter(note):
             named = ["position"]
         if not named or (named[0] in roles.TIMINGS and turns_in(note) in counts):
             continue

@@ -23,72 +23,81 @@ def count_from_centre(
     settings: Settings,
     sentences: list[Text],
     faults: Faults,
-) -> float:
+) -> tuple[str | None, float]:
     """Make positions count from the centre, if the log says that they do not.
 
-    Return the standard uncertainty of the distance between both places [m].
+    Return the place from which they were measured, None if the log names none, and the
+    standard uncertainty of its distance from the centre [m].
     """
+    stated = settings.fields.get("position_from")
     position = columns.get("position")
     if position is None:
-        return 0.0
+        return stated, 0.0
     arms = [sentence for sentence in sentences if from_centre(sentence.text)]
     if arms:
         _report_other_arms(position, arms, faults)
-    origin = _origin_of(position, settings)
+    origin = stated or _origin_of(position, settings.origin)
     if origin == "both":
         faults.add("two_origins", position.place(0))
-    if origin in ("", "centre", "both"):
-        return 0.0
-    return _count_from_other_place(columns, origin, settings, sentences, faults)
+    if origin not in roles.ORIGIN_LENGTHS:
+        return stated, 0.0
+    key, _, unknown = roles.ORIGIN_LENGTHS[origin]
+    if key in settings.constants:
+        return origin, _move_to_centre(columns, origin, settings, faults)
+    otherwise = _otherwise(sentences, is_stated=stated is not None)
+    faults.add(unknown, position.place(0), otherwise=otherwise)
+    return origin, 0.0
 
 
-def _count_from_other_place(
-    columns: dict[str, Column],
-    origin: str,
-    settings: Settings,
-    sentences: list[Text],
-    faults: Faults,
+def _move_to_centre(
+    columns: dict[str, Column], origin: str, settings: Settings, faults: Faults
 ) -> float:
-    """Make positions from the surface or the tip count from the centre."""
+    """Make positions from the surface or the tip count from the centre.
+
+    Return the standard uncertainty of the distance between both places [m].
+    """
     position = columns["position"]
-    is_line = settings.fields.get("position_from") is not None
-    settings.fields["position_from"] = origin
-    key, share, unknown = roles.ORIGIN_LENGTHS[origin]
-    length = settings.constants.get(key)
-    if length is None:
-        centre = '; if they count from the centre: "# position_from: centre"'
-        of_ball = [text for text in sentences if SPHERE.is_in(text.text)]
-        quotation = quoted({"length"}, of_ball)
-        otherwise = quotation if is_line else quotation + centre
-        faults.add(unknown, position.place(0), otherwise=otherwise)
-        return 0.0
+    key, share, _ = roles.ORIGIN_LENGTHS[origin]
+    length = settings.constants[key]
     shift = share * length
     moved = [_from_centre(reading, origin, shift) for reading in position.readings]
     columns["position"] = replace(position, readings=tuple(moved))
     amount = f"{100 * shift:.4g} cm"
     done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
     faults.add("moved", position.place(0), origin=origin, done=done)
+    return share * _u_of_length(key, settings)
+
+
+def _u_of_length(key: str, settings: Settings) -> float:
+    """Return the stated uncertainty of a length, or that of its last digit [m]."""
     u = settings.uncertainties.get(f"u_{key}")
     if u is None:
-        return share * (settings.steps[key] / math.sqrt(12))
-    return share * u.at(length)
+        return settings.steps[key] / math.sqrt(12)
+    return u.at(settings.constants[key])
 
 
-def _origin_of(position: Column, settings: Settings) -> str:
-    """Return from where positions count: by a line, the header, or a note.
+def _otherwise(sentences: list[Text], is_stated: bool) -> str:
+    """Return the rest of the question for a length: what the log says of the ball."""
+    of_ball = [text for text in sentences if SPHERE.is_in(text.text)]
+    quotation = quoted({"length"}, of_ball)
+    if is_stated:
+        return quotation
+    return f'{quotation}; if they count from the centre: "# position_from: centre"'
 
-    "both" if a note contradicts the header or another note.
+
+def _origin_of(position: Column, noted: str) -> str:
+    """Return from where positions count by their header, or else by a note.
+
+    "both" if the header says the centre, and the note the surface.
     """
-    if stated := settings.fields.get("position_from"):
-        return str(stated)
     is_option = position.header.startswith(("#", "--"))
     header = "" if is_option else position.header
     of_header = origin_in(header)
-    if not of_header and settings.origin and from_centre(header):
-        of_header = "centre"
-    if (settings.origin, of_header) == ("surface", "centre"):
-        return "both"
-    return of_header or settings.origin
+    if of_header:
+        return of_header
+    if from_centre(header):
+        return "both" if noted == "surface" else "centre"
+    return noted
 
 
 def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) -> None:

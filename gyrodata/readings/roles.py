@@ -78,11 +78,13 @@ FILLED_DOWN |= {"weight_diameter", "transverse_inertia"}
 """Roles whose blank cells take the value above, as in merged cells."""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no number of turns."""
-_SPIN_SETS = (
-    "spin, spin_start spin_end, spin_period, spin_period_start spin_period_end, "
-    "spin_time spin_turns"
+SPIN_SETS = (
+    ("spin",),
+    ("spin_start", "spin_end"),
+    ("spin_period",),
+    ("spin_period_start", "spin_period_end"),
+    ("spin_time", "spin_turns"),
 )
-SPIN_SETS = tuple(tuple(names.split()) for names in _SPIN_SETS.split(","))
 """Each of these sets gives the spin of a run; of several, the first is used."""
 
 CONSTANTS = vocabulary.CONSTANTS

@@ -214,7 +214,7 @@ class _Sheet:
         is_below = self.table.is_new or not has_units
         if not is_below:
             return []
-        return units_of_row(row.texts, below_names=True)
+        return units_of_row(row.texts)
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""

@@ -48,7 +48,6 @@ from gyrodata.readings.notes import read_notes, warn_of_unused
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Setting, Settings, read_options, read_settings
-from gyrodata.readings.shapes import side_by_side
 from gyrodata.readings.suggestions import header_row
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
@@ -116,12 +115,8 @@ def read_log(
         stated_at=stated_at,
         **values.fields,
     )
-    table: layout.Layout | None
-    if layout.is_plain(grid):
-        table = layout.plain_layout(grid)
-    else:
-        below = side_by_side.to_rows(grid)
-        table = sheet.find_layout(below, faults)
+    is_plain = layout.is_plain(grid)
+    table = layout.plain_layout(grid) if is_plain else sheet.find_layout(grid, faults)
     if table is not None:
         log = _with_runs(log, table, values, mapping, faults)
     return replace(log, diagnostics=faults.all_findings())
@@ -249,7 +244,9 @@ class TableReader:
         self._use_stated_turns(columns, runs)
         roles_of_blocks, blocks = self._blocks(rows, columns)
         sentences = self.table.statements
-        origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
+        origin, origin_u = count_from_centre(
+            columns, self.settings, sentences, self.faults
+        )
         others = self._read_others(rows) if self.choice.others else []
         if others:
             decided = self.derived | self.choice.mapped
@@ -264,7 +261,7 @@ class TableReader:
             blocks=blocks,
             columns=columns,
             others=tuple(others),
-            position_from=self.settings.fields.get("position_from"),
+            position_from=origin,
             origin_u=origin_u,
             unread=self._unread(columns, rows, {*BLOCKS} - roles_of_blocks),
         )

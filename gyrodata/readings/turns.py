@@ -233,6 +233,7 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     words = _number_words(text)
     if not words or words[-1] not in NUMBERS:
         return ""
+    # "one and a half" is ["1", "and", "1/2"]: part "1/2", a sum, count "1", no more.
     numbers = [NUMBERS.get(word, word) for word in words]
     part, rest = _last_part(numbers, whole)
     is_sum = "".join(rest[-1:]) in AND
@@ -269,7 +270,8 @@ def _number_words(text: str) -> list[str]:
 def _last_part(numbers: list[str], whole: bool) -> tuple[str, list[str]]:
     """Return the last number, with the count of a denominator, and those before it.
 
-    "two", "/3" is 2/3.
+    Of ["1", "and", "1/2"] it is "1/2" with ["1", "and"], and of ["2", "/3"], which are
+    "two thirds", it is "2/3" with [].
     """
     *rest, part = numbers
     if not part.startswith("/"):
@@ -281,7 +283,10 @@ def _last_part(numbers: list[str], whole: bool) -> tuple[str, list[str]]:
 
 
 def _last_count(numbers: list[str]) -> tuple[str, list[str]]:
-    """Return a whole number at the end, or "", and the numbers before it."""
+    """Return a whole number at the end, or "", and the numbers before it.
+
+    Of ["1", "and", "2"] it is "2" with ["1", "and"].
+    """
     if numbers and numbers[-1].isdecimal():
         return numbers[-1], numbers[:-1]
     return "", numbers

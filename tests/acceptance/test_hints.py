@@ -317,6 +317,11 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ),
     ("G210", written([[*row, row[1]] for row in TABLE]), then_good("remove the other")),
     (
+        "G210",
+        written([TABLE[0] * 2, *(TABLE[i] + TABLE[i + 1] for i in (1, 3, 5))]),
+        then_good("below each other, with the names once"),
+    ),
+    (
         "G212",
         BY_WEIGHT + LOWER,
         lambda hint: (
@@ -345,7 +350,11 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ),
     ("G219", changed(1, 0, ""), then_good("the value in each of these rows")),
     ("G222", written(TABLE, "_"), then_good("put a comma")),
-    ("G224", written([[*row, *["0"] * 240] for row in TABLE]), then_good("about ten")),
+    (
+        "G224",
+        written([[*row, *["0"] * 240] for row in TABLE]),
+        then_good("columns of the lab"),
+    ),
     (
         "G226",
         changed(9, 4, '"1/3'),

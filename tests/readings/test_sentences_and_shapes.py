@@ -229,6 +229,8 @@ READ = {
     + "\n"
     + "".join(",,".join(f"{s},{t(m, s)}" for m in MASSES) + "\n" for s in SPINS)
     + "One turn each; r = 14.8 cm\n",
+    "names with the numbers of pandas": "m (g),x (cm),rpm,t (s),turns,"
+    "m (g).1,x (cm).1,rpm.1,t (s).1,turns.1\n20.1,14.8,400,9.1,1,40.3,14.8,400,4.6,1\n",
     "a row struck out": MARKDOWN
     + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")
     + "| ~~20.1~~ | ~~14.8~~ | ~~300~~ | ~~1.0~~ | ~~1~~ |\n",
@@ -560,7 +562,9 @@ ASKED_FORMS = {
     "used": "G306",
     "a constant from the surface": "G340",
     "a constant, and the radius": "G340",
-    "blocks with titles": "G301",
+    "blocks with titles": "G210",
+    "names at the side of three tables": "G210",
+    "names with the numbers of pandas": "G210",
     "merged cells of a web page": "G104",
     "LaTeX with a caption": "G104",
     "the ditto mark of Japan": "G203",
@@ -587,7 +591,7 @@ ASKED_FORMS = {
     "remarks behind %": "G301",
     "a remark on turns and a text about turns": "G301",
     "units in a sentence, with that of the spin in words": "G207",
-    "letters explained below": "G206",
+    "letters explained below": "G207",
     "turns behind time": "G306",
     "a legend": "G206",
     "a legend in German": "G206",
@@ -646,19 +650,13 @@ TURNS_IN_WORDS = {
     "kolmen kierroksen aika": 3,
     "czas trzech obrotów": 3,
     "čas tří otáček": 3,
-    "čas troch otáčok": 3,
     "время двух оборотов": 2,
     "час трьох обертів": 3,
     "két fordulat ideje": 2,
     "üç tur süresi": 3,
     "timp pentru două rotații": 2,
     "χρόνος τριών περιστροφών": 3,
-    "vrijeme dva okreta": 2,
-    "čas treh vrtljajev": 3,
     "време за два оборота": 2,
-    "kahe pöörde aeg": 2,
-    "trijų apsisukimų laikas": 3,
-    "temps de dues voltes": 2,
     "两圈时间": 2,
     "半周の時間": 1 / 2,
     "세 바퀴 시간": 3,

@@ -33,6 +33,7 @@ ASKED = {
     "082_ten_revs.csv": '"ball revolutions" that are timed',
     "086_spalten.json": '"Drehzahl_U_min", with two parts behind the name',
     "088_sentences.txt": "runs in sentences",
+    "090_side_by_side.csv": "tables side by side",
     "089_keyvalue.txt": "one quantity in each line",
     "087_nested.json": "lists inside of lists",
     "091_pivot.csv": "a crossed table, with weights in the header",

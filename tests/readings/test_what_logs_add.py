@@ -9,7 +9,7 @@ import pytest
 from simulated_labs import analyze_briefly
 from typed_labs import FOUR, START, is_true, log, questions
 
-from gyrodata.base.errors import Diagnostic
+from gyrodata.base.errors import Diagnostic, GyroError
 from gyrodata.grading.grade import station_of
 from gyrodata.readings import Readings, read_log
 
@@ -96,9 +96,12 @@ def test_several_periods_are_read_and_a_part_is_asked_about() -> None:
         analyze_briefly(half.encode(), mapping={"precession_period": "T/2 (s)"})
 
 
-def test_a_row_of_units_may_contain_a_unit_that_gyro_does_not_know() -> None:
+def test_a_row_of_units_with_an_unknown_one_is_asked_about_with_a_header_row() -> None:
     head = "mass,position,spin,time,turns,temperature,battery\ng,cm,rpm,s,,°C,V"
-    assert is_true(log(head, f"{FIVE},21.5,9.1"))
+    with pytest.raises(
+        GyroError, match="mass \\[g\\],position \\[cm\\],spin \\[rpm\\]"
+    ):
+        analyze_briefly(log(head, f"{FIVE},21.5,9.1").encode())
 
 
 def test_spins_in_two_units_are_one_spin() -> None:

@@ -78,11 +78,6 @@ def test_a_note_of_other_turns_than_one_is_asked_for(top: str, turns: float) -> 
 
 
 @pytest.mark.slow
-def test_a_legend_of_several_periods_gives_the_turns() -> None:
-    found = analyze_briefly(log("T: time of 5 periods", turns=5).encode())
-    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
-
-
 @pytest.mark.slow
 def test_the_hint_about_a_distance_from_the_ball_works() -> None:
     text = log(

@@ -31,6 +31,7 @@ from gyrodata.quantities.error_sources import DECAY_SPREAD, DECAY_TIME
 from gyrodata.trials.benchmark.fits import cheapest
 from gyrodata.trials.benchmark.labs import LabScene, measured_lab
 from gyrodata.trials.simulation import TYPICAL, Design, Runs, Truth, happen, simulate
+from gyrodata.trials.simulation.truth import top_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,12 +88,7 @@ def rods_of(
     truth: Truth, runs: Runs, push: Floats | float, decay: Floats | float = math.inf
 ) -> Rods:
     """Return the rods of simulated runs."""
-    top = motion.Top(
-        inertia=truth.inertia,
-        transverse_inertia=runs.transverse_inertia,
-        torque=runs.torque,
-    )
-    return Rods(top, runs.spin, runs.pitch, runs.time, push, decay)
+    return Rods(top_of(truth, runs), runs.spin, runs.pitch, runs.time, push, decay)
 
 
 def draw_labs(scene: LabScene, runs: Runs, count: int, seed: int) -> tuple[Rods, Rods]:

@@ -186,17 +186,21 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     return replace(runs, time=time, spin_end=end)
 
 
+def top_of(truth: Truth, runs: Runs) -> motion.Top:
+    """Return the tops of the runs, with the true I_zz."""
+    return motion.Top(
+        inertia=truth.inertia,
+        transverse_inertia=runs.transverse_inertia,
+        torque=runs.torque,
+    )
+
+
 def _released(truth: Truth, runs: Runs) -> Runs:
     """Time a rod that is released from rest and nods.
 
     The stopwatch stops when the rod first completes its turns.
     """
-    top = motion.Top(
-        inertia=truth.inertia,
-        transverse_inertia=runs.transverse_inertia,
-        torque=runs.torque,
-    )
     time = motion.time_to_turn(
-        top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
+        top_of(truth, runs), runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
     )
     return replace(runs, time=time)

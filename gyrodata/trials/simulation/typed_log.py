@@ -18,7 +18,7 @@ from gyrodata.readings.lablog import header_of
 from gyrodata.readings.roles import ROLES
 from gyrodata.readings.writing import SIMULATED, uncertainty_text
 from gyrodata.trials.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
-from gyrodata.trials.simulation.truth import Design, Runs, Truth, happen
+from gyrodata.trials.simulation.truth import Design, Runs, Truth, happen, top_of
 
 UNKNOWN_BIAS_U = 30.0
 """Uncertainty of the timing bias [s] that the log states if the truth has a bias and
@@ -133,12 +133,7 @@ def true_readings(truth: Truth, runs: Runs) -> dict[str, Floats]:
     spin = runs.spin
     if is_released:
         # The tachometer follows the rod.
-        top = motion.Top(
-            inertia=truth.inertia,
-            transverse_inertia=runs.transverse_inertia,
-            torque=runs.torque,
-        )
-        spin = spin - motion.spin_excess(top, spin, runs.pitch)
+        spin = spin - motion.spin_excess(top_of(truth, runs), spin, runs.pitch)
     if runs.spin_end is None:
         columns["spin"] = np.abs(spin)
     else:

@@ -6,12 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import chain
 
 from relations.log_tables import (
     LogTable,
     Rewriting,
-    Rows,
     named,
     relation,
     separated,
@@ -195,23 +193,6 @@ def one_table_for_each_weight(table: LogTable) -> str | None:
     return table.above + "\n".join(
         f"Weight: {mass} g\n{separated(part.grid)}" for mass, part in parts.items()
     )
-
-
-@text_relation
-def weights_side_by_side(table: LogTable) -> str | None:
-    parts = by_mass(table)
-    if (
-        len(parts) < 2
-        or "0" in parts
-        or len({len(part.rows) for part in parts.values()}) > 1
-    ):
-        return None
-    grids = [part.grid for part in parts.values()]
-    titles = [
-        [f"{mass} g", *[""] * (len(part.headings) - 1)] for mass, part in parts.items()
-    ]
-    rows: Rows = [list(chain(*row)) for row in zip(*grids, strict=True)]
-    return table.above + separated([list(chain(*titles)), *rows])
 
 
 @text_relation

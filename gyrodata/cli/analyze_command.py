@@ -6,6 +6,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -331,7 +332,7 @@ class _Output(Struct):
         is_ours = True
         if folder is not None:
             outputs = [folder / name for name in REPORT]
-            is_ours = outputs[0].exists()
+            is_ours = folder != self.out or outputs[0].exists()
         sources = {Path(log.path).resolve() for log in logs}
         for out in outputs:
             if out.resolve() in sources or (out.exists() and not is_ours):
@@ -469,8 +470,12 @@ def states(file: Path) -> Iterator[bool]:
     """Yield whether a file is there, now and whenever it is saved or removed."""
     last: int | None = 0
     while True:
-        # To open a pipe without a writer would wait for ever.
-        saved = file.stat().st_mtime_ns if file.is_file() else None
+        saved = None
+        # Some programs remove a file for a moment when they save it. To open a pipe
+        # without a writer would wait for ever.
+        with suppress(FileNotFoundError):
+            if file.is_file():
+                saved = file.stat().st_mtime_ns
         if saved != last:
             yield saved is not None
         last = saved

@@ -491,9 +491,9 @@ def forms_of(name: str) -> tuple[str, str]:
     By the second form, two ways of writing are one person:
 
     >>> forms_of("Doe, Lucía")
-    ("doe, lucia", "doe lucia")
+    ('doe, lucia', 'doe lucia')
     >>> forms_of("Lucia Doe")
-    ("lucia doe", "doe lucia")
+    ('lucia doe', 'doe lucia')
     """
     signs = unicodedata.normalize("NFD", name.casefold())
     plain = "".join(sign for sign in signs if not unicodedata.combining(sign))

@@ -186,7 +186,10 @@ RUBRIC = (
 RUBRICS = [
     ('full = "warnings in 3..1"\n', '"warnings in 3..1" is not a condition'),
     ('full = "d <= 1"\n', '"d" cannot be used in a criterion with check = "log"'),
-    ('full = "warnings outside 1..2"\n', 'does not fit full = "warnings outside 1..2"'),
+    (
+        'full = "warnings outside 1..2"\n',
+        '"warnings outside 1..2" gives all points to values that are far out',
+    ),
     ('slip = "10 %"\n', '"slip" is not known in a criterion with check = "log"'),
     (
         "[late]\n[[late.exception]]\nstudent = 'a'\n",

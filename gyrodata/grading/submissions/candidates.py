@@ -72,7 +72,7 @@ def find_candidates(document: Document) -> Text:
     >>> lines = ["By theory, I_zz = 4.5 g m^2.", "We find I_zz = 4.4 g m^2."]
     >>> [value] = find_candidates(Document("report.txt", lines)).values
     >>> value.read.value, value.place, value.rank.is_named, value.rank.has_u
-    (0.0044, "report.txt, line 2", True, False)
+    (0.0044, 'report.txt, line 2', True, False)
 
     Of a report of gyro, it is the first one; the others are in its tables.
     """

@@ -325,7 +325,8 @@ def fit(
     tilted : bool
         Use eq. (8) with each run's pitch, not eq. (9).
     left_out : collection of int
-        Runs that are not used; their times are still predicted.
+        Runs that are not used, from 0 to n - 1; their times are still predicted. At
+        least one run with a torque is used.
 
     Returns
     -------
@@ -335,6 +336,11 @@ def fit(
     ------
     NoFit
         If there is no credible solution.
+
+    Notes
+    -----
+    Without degrees of freedom, s has its prior, from 0.25 to 20 and mostly near 1: u
+    is then larger than with the stated errors alone, by half or more of them.
     """
     begun = _fits_at_widths(measured, tilted, left_out, widths or AS_STATED)
     if widths is not None:
@@ -585,9 +591,13 @@ def times_stated(measured: Measurements) -> bool:
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """Split u²(I_zz) by source, the largest first; the shares add up to u² [kg²*m⁴].
 
-    The answer is linear in every standardised error, so the squares add up. Scatter
-    above the stated uncertainties has a row of its own. The factor s itself is
-    uncertain, which widens the errors of single runs.
+    The answer is linear in every standardised error, so the squares add up. What the
+    posterior adds to u² above all these parts is the doubt about the factor s: it
+    widens the errors of single runs, each in proportion, so that the row of a stated
+    4 % can be larger than 4 %. If the typical s is above 1, the part of their variance
+    above 1/s² is a row of its own, "unexplained_scatter". Of one run, or of as many
+    runs as unknowns, nothing determines s: its typical value, 1.3, and its row are
+    those of the prior.
     """
     adjusted = result.adjusted
     problem = adjusted.problem

@@ -94,10 +94,17 @@ def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
 def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
     """Return the cell of an outlier that its correction is about, or its time."""
     timing = timing_column(readings.columns)
-    # "position 15.4 cm would fit" is about the position.
-    first_word = "".join(outlier.cells[:1]).partition(" ")[0]
-    about = readings.columns.get(first_word.replace("fits", "turns"), timing)
-    return about.cell(outlier.index) or timing.cell(outlier.index)
+    # "spin start 420 rpm would fit" is about the column spin_start, "position 15.4 cm
+    # would fit" about the position, and "fits 2 turns" about the turns or the angle.
+    first, _, rest = "".join(outlier.cells[:1]).partition(" ")
+    names = [f"{first}_{rest.partition(' ')[0]}", first]
+    if first == "fits":
+        names = ["turns", "angle"]
+    for name in names:
+        column = readings.columns.get(name, timing)
+        if column is not timing:
+            return column.cell(outlier.index) or timing.cell(outlier.index)
+    return timing.cell(outlier.index)
 
 
 CONTRADICTING = 10.0

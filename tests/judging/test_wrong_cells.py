@@ -230,3 +230,39 @@ def test_three_runs_with_a_wrong_count_are_refused(run: int) -> None:
     table.time[run] *= 2
     with pytest.raises(LogError, match="fit 2 turns, not 1"):
         analyze(write(table))
+
+
+CELLS_OF_MISTAKES = [
+    ("spin_start [rpm],spin_end [rpm]", "turns", "840,392", "1", "17.90", "840"),
+    ("spin period [ms]", "turns", "1500.0", "1", "17.90", "1500.0"),
+    ("spin [rpm]", "angle [deg]", "400", "360", "35.81", "360"),
+]
+"""Columns of the spin and of the turns; spin, turns and time of the wrong run; and the
+cell to which the message points."""
+
+
+@pytest.mark.parametrize(
+    ("spin_columns", "turns", "spin", "turned", "time", "cell"), CELLS_OF_MISTAKES
+)
+def test_message_points_to_the_column_that_it_is_about(
+    spin_columns: str, turns: str, spin: str, turned: str, time: str, cell: str
+) -> None:
+    lines = ["# g: 9.8 m/s^2", "# motion: steady"]
+    lines.append(f"mass [g],position [cm],{spin_columns},time [s],{turns}")
+    for mass in (20, 40, 60):
+        for rpm in (200, 400, 600):
+            true_time = 0.004 * (2 * np.pi) ** 2 * rpm / 60 / (mass * 1e-3 * 9.8 * 0.15)
+            spins = {
+                "spin_start [rpm],spin_end [rpm]": f"{1.02 * rpm:.0f},{0.98 * rpm:.0f}",
+                "spin period [ms]": f"{60000 / rpm:.1f}",
+                "spin [rpm]": f"{rpm}",
+            }
+            row = [f"{mass}.00,15.00", spins[spin_columns], f"{true_time:.2f}"]
+            row.append("360" if turns.startswith("angle") else "1")
+            if (mass, rpm) == (40, 400):
+                row[1:] = [spin, time, turned]
+            lines.append(",".join(row))
+    found = gyrodata.analyze(("\n".join(lines) + "\n").encode())
+    (finding,) = [each for each in found.diagnostics if each.code == "G410"]
+    line = lines[(finding.line or 0) - 1]
+    assert line[(finding.column or 0) - 1 :].startswith(cell)

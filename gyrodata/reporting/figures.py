@@ -472,7 +472,8 @@ def _write_next_to(ax: Axes, mark: tuple[float, float], text: str, rank: int) ->
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `ALL_FIGURES` with its legend and heading, and return its main axes."""
-    panels = ALL_FIGURES[name].panels
+    kind = ALL_FIGURES[name]
+    panels = kind.panels
     subplots = figure.subplots(len(panels), sharex=True, squeeze=False)
     axes: list[Axes] = list(subplots.flat)
     handles: dict[str, Any] = {}
@@ -483,7 +484,7 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         drawn, labels = ax.get_legend_handles_labels()
         handles |= zip(labels, drawn, strict=True)
     title = None
-    if scene.labelled > 1:
+    if kind.draws_runs and scene.labelled > 1:
         title = f"1 in {scene.labelled} of {len(scene.groups)} torques"
     figure.legend(
         list(handles.values()),

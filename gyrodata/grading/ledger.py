@@ -402,13 +402,13 @@ def _decision(
     is_group = what == FLAG and name.casefold() not in known
     names = name.split(BETWEEN) if is_group else [name]
     people = sorted({_student(person, known) for person in names})
+    if len(people) < len(names):
+        raise unfit("desk_student_twice", name=name[:60])
     word = words.get(what)
     if word is None:
         near = nearest(row["what"], (*words, "log"))
         raise unfit("desk_word_unknown", what=what, written=row["what"][:60], near=near)
-    if word.is_bare:
-        value = ""
-    elif value:
+    if value:
         if word.kind == "student":
             value = _student(value, known)
         how = _how_to_write(row, word, folder)
@@ -420,6 +420,7 @@ def _decision(
 
 
 _HOW_TO_WRITE = {
+    "nothing": "leave the value empty; if it is not so, delete the line",
     "number": "write the points to add, such as 2",
     "file": "write the corrected log into the folder of the grades, and its name here",
     "verdict": "write partners, copied, invented or cleared; write who has decided it, under by",
@@ -430,7 +431,7 @@ _HOW_TO_WRITE = {
 def _how_to_write(row: Mapping[str, str], word: Word, folder: Path) -> str:
     """Say how to write a value of another kind than its word; "" if it can be used."""
     value = row["value"]
-    is_fine = True
+    is_fine = not word.is_bare
     if word.kind == "points":
         # "+2" means two points more.
         if word.what != "late" and value.startswith(("+", "-")):
@@ -438,7 +439,7 @@ def _how_to_write(row: Mapping[str, str], word: Word, folder: Path) -> str:
             return f"to change the total by this number, write bonus,{number}"
         is_fine = is_points(value, word.most)
     elif word.kind == "number":
-        is_fine = read_number(value) is not None
+        is_fine = is_points(value.lstrip("+-"), word.most)
     elif word.kind == "file":
         is_fine = (folder / value).is_file()
     elif word.kind == "verdict":
@@ -512,9 +513,13 @@ def _user_names(name: str) -> list[str]:
 def read_number(text: str) -> float | None:
     """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark.
 
-    "1,5" is 1.5, "1.234,5" is 1234.5, and "1,234" is 1.234; None for "ex" or "1_5".
+    "1,5" is 1.5, "1.234,5" is 1234.5, and "1,234" is 1.234; None for "ex", "1_5" and
+    "1.3.2026", which is a date.
     """
     whole, mark, last = text.replace(",", ".").rpartition(".")
+    decimal_mark = text[len(whole) : len(whole) + len(mark)]
+    if mark and decimal_mark in text[: len(whole)]:
+        return None
     try:
         number = float(f"{whole.replace('.', '')}{mark}{last}")
     except ValueError:

@@ -13,6 +13,7 @@ import hashlib
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping
 from functools import cached_property
 from importlib.resources import files
@@ -102,6 +103,10 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
         ends = [seconds_of(tier.until) for tier in self.tiers]
         if sorted(set(ends)) != ends:
             raise unfit("late_tiers_not_rising", "tier")
+        named = Counter(exception.student.casefold() for exception in self.exceptions)
+        for student, count in named.items():
+            if count > 1:
+                raise unfit("late_exception_twice", "exception", student=student)
 
 
 class Lateness(Struct, frozen=True):

@@ -192,6 +192,11 @@ RUBRICS = [
     ),
     ('slip = "10 %"\n', '"slip" is not known in a criterion with check = "log"'),
     (
+        "[late]\nexception = [{student = 'a', waive = true}, "
+        + "{student = 'A', extra = '2 days'}]\n",
+        'two late exceptions are for "a"',
+    ),
+    (
         "[late]\n[[late.exception]]\nstudent = 'a'\n",
         "exactly one of due, extra and waive",
     ),

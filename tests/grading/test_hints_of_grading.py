@@ -452,6 +452,15 @@ CASES: list[Any] = [
         TWELVE,
         BOB,
     ),
+    *(
+        ("G773", "class", desk(f"bob,total,12\n{line}"), hint, "class", TWELVE, BOB)
+        for line, hint in (
+            ("bob,bonus,1.3.2026", "write the points to add"),
+            ("bob,bonus,2026", "write the points to add"),
+            ("bob,hold,no", "leave the value empty"),
+            ("Bob + bob,flag,cleared", "this student alone"),
+        )
+    ),
     (
         "G774",
         "class",

@@ -241,8 +241,11 @@ def integrate(
     from scipy.integrate import solve_ivp
 
     times = np.asarray(time, dtype=float)
-    if not np.isfinite(times).all():
-        raise ValueError("a time is not a finite number; give times in seconds")
+    steps = np.diff(times, prepend=0.0)
+    if not times.size or not (np.isfinite(times) & (steps >= 0)).all():
+        raise ValueError(
+            "the times must be finite and rise from 0; give them in seconds"
+        )
     rates = vector_rates(top)
     of_spin = float(np.linalg.norm(state.momentum))
     of_torque = math.sqrt(abs(top.torque) * top.transverse_inertia)
@@ -554,7 +557,8 @@ def find_crossing(
 
     The zero is between `early` and `late`, and is found to the last digit.
 
-    Without a zero between them, return the end that is closer to 0. A NaN counts as
+    Without a zero between them, return `late` if the function is below 0 everywhere,
+    and the number next to `early` if it is above 0. A NaN counts as
     above 0. Newton's method fails at times when a precessing rod is at rest.
     """
     low, high = np.broadcast_arrays(

@@ -192,8 +192,7 @@ RUBRICS = [
     ),
     ('slip = "10 %"\n', '"slip" is not known in a criterion with check = "log"'),
     (
-        "[late]\nexception = [{student = 'a', waive = true}, "
-        + "{student = 'A', extra = '2 days'}]\n",
+        "[late]\nexception=[{student='a',waive=true},{student='A',extra='2 h'}]\n",
         'two late exceptions are for "a"',
     ),
     (

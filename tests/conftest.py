@@ -46,21 +46,27 @@ def pytest_runtest_logstart(nodeid: str) -> None:
         gc.freeze()
 
 
-OF_SAME_LOGS = ("cli", "grading", "judging", "readings", "reporting", "tests")
+OF_SAME_LOGS = (
+    *("cli", "grading", "judging", "readings", "reporting", "tests"),
+    *("acceptance", "relations"),
+)
 """Folders whose tests analyse or grade the same log again and again. Tests of the fit
 itself draw new labs, and looking whether they were fitted would cost them time."""
 
 
 @pytest.fixture(scope="module", autouse=True)
-def fits_are_kept(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Fit the same log once for all tests of `OF_SAME_LOGS`."""
+def results_are_kept(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fit the same log once for all tests of `OF_SAME_LOGS`, and compile the templates
+    of pages once.
+    """
     if request.path.parent.name not in OF_SAME_LOGS:
         yield
         return
     # Not all tests load the fit.
     from fitted_once import fitted_once
+    from kept_templates import templates_kept
 
-    with fitted_once():
+    with fitted_once(), templates_kept():
         yield
 
 

@@ -46,27 +46,32 @@ def pytest_runtest_logstart(nodeid: str) -> None:
         gc.freeze()
 
 
-OF_SAME_LOGS = (
-    *("cli", "grading", "judging", "readings", "reporting", "tests"),
-    *("acceptance", "relations"),
-)
+OF_SAME_LOGS = {
+    *("cli", "grading", "judging", "readings", "relations", "reporting", "tests")
+}
 """Folders whose tests analyse or grade the same log again and again. Tests of the fit
 itself draw new labs, and looking whether they were fitted would cost them time."""
 
 
 @pytest.fixture(scope="module", autouse=True)
-def results_are_kept(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Fit the same log once for all tests of `OF_SAME_LOGS`, and compile the templates
-    of pages once.
-    """
+def fits_are_kept(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fit the same log once for all tests of `OF_SAME_LOGS`."""
     if request.path.parent.name not in OF_SAME_LOGS:
         yield
         return
     # Not all tests load the fit.
     from fitted_once import fitted_once
+
+    with fitted_once():
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def templates_are_kept() -> Iterator[None]:
+    """Compile the templates of pages once in a process."""
     from kept_templates import templates_kept
 
-    with fitted_once(), templates_kept():
+    with templates_kept():
         yield
 
 

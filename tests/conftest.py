@@ -46,7 +46,9 @@ def pytest_runtest_logstart(nodeid: str) -> None:
         gc.freeze()
 
 
-OF_SAME_LOGS = ("cli", "grading", "judging", "readings", "reporting", "tests")
+OF_SAME_LOGS = {
+    *("cli", "grading", "judging", "readings", "relations", "reporting", "tests")
+}
 """Folders whose tests analyse or grade the same log again and again. Tests of the fit
 itself draw new labs, and looking whether they were fitted would cost them time."""
 
@@ -61,6 +63,15 @@ def fits_are_kept(request: pytest.FixtureRequest) -> Iterator[None]:
     from fitted_once import fitted_once
 
     with fitted_once():
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def templates_are_kept() -> Iterator[None]:
+    """Compile the templates of pages once in a process."""
+    from kept_templates import templates_kept
+
+    with templates_kept():
         yield
 
 

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from analyzed_once import drawn_once
 from places import SAMPLES
 from typer.testing import CliRunner, Result
 
 from gyrodata.cli import app
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def figures_are_kept() -> Iterator[None]:
+    """A report needs figures, and no test here looks at one."""
+    with drawn_once():
+        yield
 
 
 def run(*words: str | Path) -> Result:

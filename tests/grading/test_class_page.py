@@ -15,7 +15,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 from browser import look_at, needs_browser
@@ -32,10 +31,11 @@ from grading.students_reports import (
 from msgspec.structs import astuple
 from pages import Structure
 from places import DATA, SAMPLES
+from schemas import assert_valid
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata.cli import app, schema
+from gyrodata.cli import app
 from gyrodata.grading.rubric import default_rubric_text
 
 EVIL = ['<script>alert("x")</script>', "{{ 7 * 7 }}", "\u202egnp.exe"]
@@ -84,7 +84,7 @@ class Lab:
 
     def graded(self, *students: str, what: str = "points") -> list[Any]:
         document = json.loads(self.read("grades.json"))
-        jsonschema.validate(document, schema.json_schema("grades"))
+        assert_valid(document, "grades")
         return [one[what] for one in document["students"] if one["student"] in students]
 
     @property

@@ -21,7 +21,6 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-import jsonschema
 import make_sample_class
 import openpyxl
 import pytest
@@ -29,9 +28,9 @@ from classes.class_cells import gyro
 from grading.classes import LOG, make_folder
 from places import DATA, ROOT
 from processes import started
+from schemas import assert_valid
 from typer.testing import Result
 
-from gyrodata.cli import schema
 from gyrodata.grading.rubric import default_rubric_text
 
 CLASS = ROOT / "sample_data" / "class"
@@ -257,7 +256,7 @@ def test_json_ndjson_and_csv(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     document = json.loads(gyro("grade", CLASS, "--format", "json").stdout)
-    jsonschema.validate(document, schema.json_schema("grades"))
+    assert_valid(document, "grades")
     assert document == json.loads(
         (graded[1] / "grades.json").read_text(encoding="utf-8")
     )
@@ -306,7 +305,7 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(
         "(inertia 3.00 → 4.50)\n"
     ) in done.stderr
     changes = json.loads(done.stdout)["changes"]
-    jsonschema.validate(json.loads(done.stdout), schema.json_schema("grades"))
+    assert_valid(json.loads(done.stdout), "grades")
     assert changes[0] == {
         "student": "103",
         "name": "castilloines",

@@ -10,17 +10,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import pytest
 from classes.class_cells import grade
 from classes.drawn import draw
 from classes.typed import HABITS, plain
 from grading.classes import make_folder
 from grading.test_pdf_reports import scanned
+from schemas import assert_valid
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata.cli import app, schema
+from gyrodata.cli import app
 
 STUDENT = draw(3, 5)
 ANSWER = plain(*STUDENT.answer())
@@ -37,7 +37,7 @@ def check(*arguments: str | Path) -> tuple[str, int]:
 def told(*paths: Path) -> tuple[dict[str, Any], int]:
     text, code = check("--format", "json", *paths)
     document = json.loads(text)
-    jsonschema.validate(document, schema.json_schema("check"))
+    assert_valid(document, "check")
     return document, code
 
 

@@ -8,13 +8,11 @@ import json
 import zipfile
 from pathlib import Path
 
-import jsonschema
 import pytest
 from classes.class_cells import gyro
 from grading.classes import make_folder
 from grading.students_reports import a_log
-
-from gyrodata.cli import schema
+from schemas import assert_valid
 
 CANVAS = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
     Points Possible,,,,,20.00
@@ -48,10 +46,8 @@ def grade(
     out = root.parent / "grades"
     done = gyro("grade", root, "-o", out, "--workers", "0", *options)
     assert done.exit_code == 0, done.stderr
-    jsonschema.validate(
-        json.loads((out / "grades.json").read_text(encoding="utf-8")),
-        schema.json_schema("grades"),
-    )
+    document = json.loads((out / "grades.json").read_text(encoding="utf-8"))
+    assert_valid(document, "grades")
     table = csv.DictReader(
         io.StringIO((out / "grades.csv").read_text(encoding="utf-8"))
     )

@@ -13,15 +13,14 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 from grading.test_class_page import Lab
 from msgspec.structs import replace
+from schemas import assert_valid
 from test_days import HEADER, TRUTH, file, rows_of_day
 
 from gyrodata.analysis import fit_log
-from gyrodata.cli import schema
 from gyrodata.grading.grade import Grade, grade_submission
 from gyrodata.grading.rubric import default_rubric_text, read_rubric
 from gyrodata.grading.stations import (
@@ -67,7 +66,7 @@ def graded(home: Path, logs: dict[str, str]) -> tuple[dict[str, Any], str, str]:
     lab = Lab(home, logs)
     shown = lab.grade().stdout
     document = json.loads(lab.read("grades.json"))
-    jsonschema.validate(document, schema.json_schema("grades"))
+    assert_valid(document, "grades")
     return document, shown, lab.read("class.html")
 
 

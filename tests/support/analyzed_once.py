@@ -38,13 +38,16 @@ def analyzed_once() -> Iterator[None]:
             raise kept
         return kept
 
-    with patch.object(analysis, "analyze_readings", analyze_once), _drawn_once():
+    with patch.object(analysis, "analyze_readings", analyze_once), drawn_once():
         yield
 
 
 @contextmanager
-def _drawn_once() -> Iterator[None]:
-    """Keep the figures of an analysis, if all of them could be drawn."""
+def drawn_once() -> Iterator[None]:
+    """Keep the figures of an analysis, if all of them could be drawn.
+
+    Those of a log are the same for all settings: for tests that do not look at them.
+    """
     render = page.render
     known: dict[tuple[object, ...], dict[Form, dict[str, bytes]]] = {}
 

@@ -41,7 +41,7 @@ grows faster than their length."""
 SUSPECT, TOO_MUCH = 15, 15
 """Ratios of two times, for ten and then for five times as many characters; a square
 takes 100 and 25 times as long."""
-QUICK, NOTICED, ENDLESS = 0.001, 0.03, 1.0
+QUICK, NOTICED, ENDLESS = 0.001, 0.03, 0.4
 """Times [s] of the processor: not worth a look at 2,000 characters, and at 10,000; and
 given up."""
 PIECES = (

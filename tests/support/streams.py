@@ -14,6 +14,7 @@ from io import TextIOWrapper
 from pathlib import Path
 
 from analyzed_once import analyzed_once
+from fitted_once import fitted_once
 from places import DATA
 
 LINES = (DATA / "commands_and_formats.txt").read_text(encoding="utf-8").splitlines()
@@ -62,7 +63,7 @@ if __name__ == "__main__":
     coded, target = sys.stdout.encoding, Path(sys.argv[1])
     # Every fit of a self-check takes as long as the others.
     time.perf_counter = time.monotonic = itertools.count().__next__
-    with analyzed_once():
+    with analyzed_once(), fitted_once():
         for i, one in enumerate(LINES):
             with (target / f"{i}.file").open("wb") as file:
                 run(one, file.fileno(), coded)

@@ -65,6 +65,8 @@ def written(
     words = ["benchmark", str(LOG), "--quick", "--out", str(folder)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report, "run", lambda *_: done)
+        # This process has loaded what draws.
+        patch.setattr("gyrodata.base.workers.count_workers", lambda: 0)
         result = CliRunner().invoke(app, words)
     assert result.exit_code == 0, result.output
     return folder, result.stderr
@@ -239,9 +241,10 @@ def test_no_ordinary_point_knows_what_no_user_knows() -> None:
     assert np.std(off) == pytest.approx(motions.PITCH_U, rel=0.2)
 
 
-def test_eq_9_is_harmless_in_a_usual_lab() -> None:
-    panel = pd.DataFrame(motions.compare(motions.SCENES[0], 6, 1))
-    assert {*panel["labs"]} == {6}
+def test_eq_9_is_harmless_in_a_usual_lab(done: Mapping[str, pd.DataFrame]) -> None:
+    motion = done["motion"]
+    panel = motion[motion["scene"] == motion["scene"].iloc[0]].copy()
+    assert {*panel["labs"]} == {2}
     level = panel.iloc[0]
     assert (level["method"], level["error_high"] < 0.3) == ("eq. (9)", True)
     # The times of this machine do not decide the test.

@@ -65,7 +65,7 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> 
 def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     log = write(draw(Bench(repeats=3, hand=0.5), 3), "# u_time: 0.14 s")
     with analyzed_once():
-        found = json.loads(selfcheck(log, 40, "--format", "json"))
+        found = json.loads(selfcheck(log, 24, "--format", "json"))
         text = selfcheck(log, 2)
     assert found["scatter"] == pytest.approx(0.5 / 0.14, rel=0.4)
     stated, own = (

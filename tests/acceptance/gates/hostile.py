@@ -137,8 +137,8 @@ def run(case: str, folder: Path) -> Iterator[str]:
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:
-    """Run all cases, or every twelfth of them."""
-    tried = list(cases())[:: 12 if part else 1]
+    """Run all cases, or one in 24 of them."""
+    tried = list(cases())[:: 24 if part else 1]
     with tempfile.TemporaryDirectory() as folder:
         wrong = [line for case in tried for line in run(case, Path(folder))]
     return Found(

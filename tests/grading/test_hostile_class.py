@@ -97,7 +97,7 @@ def test_hostile_submissions_cost_nobody_else_anything(
         for name, data in files.items()
     }
     done, rows = graded(
-        make_folder(tmp_path / "class", {**GOOD, **hostile}), "--timeout", "2"
+        make_folder(tmp_path / "class", {**GOOD, **hostile}), "--timeout", "3"
     )
     assert done.exit_code == 1
     for student in ("s0", "s1", "s2", "s3"):
@@ -114,10 +114,10 @@ def test_hostile_submissions_cost_nobody_else_anything(
     for student in bombs():
         if student != "x_markup":
             shutil.rmtree(tmp_path / "class" / student)
-    again, _ = graded(tmp_path / "class", "--timeout", "2")
+    again, _ = graded(tmp_path / "class", "--timeout", "3")
     assert "(new)" not in again.stderr
     assert (
-        "lost last time: the file lab.docx: it took over 2 s): x_markup\n"
+        "lost last time: the file lab.docx: it took over 3 s): x_markup\n"
         in again.stderr
     )
 
@@ -131,7 +131,7 @@ def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(
     files = {"doeann_1_2_lab.csv": a_log(1), "roebob_3_4_lab.zip": bomb}
     files["poecy_5_6_lab.zip"] = packed({"lab.csv": a_log(2)})
     (tmp_path / "class.zip").write_bytes(packed(files))
-    done, rows = graded(tmp_path / "class.zip", "--timeout", "2")
+    done, rows = graded(tmp_path / "class.zip", "--timeout", "3")
     assert done.exit_code == 1
     assert [rows[student]["total"] for student in ("1", "3", "5")] == [
         "20.00",

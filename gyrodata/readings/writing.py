@@ -12,7 +12,7 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.quantities.notation import Quantity, read_cell
 from gyrodata.quantities.units import SI, Uncertainty, UnitError, from_si
 from gyrodata.readings.headers import parse_header
-from gyrodata.readings.lablog import Column, Readings, header_of
+from gyrodata.readings.lablog import Column, Readings, header_of, split_lines
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,
@@ -96,14 +96,14 @@ def _errors_in(readings: Readings) -> list[Diagnostic]:
 
 def _rows_without_time(readings: Readings) -> list[str]:
     """Return the rows without a time as ``#`` lines."""
-    source = readings.source_text.splitlines()
+    source = split_lines(readings.source_text)
     return [f"# left out: {source[line - 1]}" for line in readings.untimed]
 
 
 def _lines_with_errors(readings: Readings, errors: list[Diagnostic]) -> list[str]:
     """Return the ``#`` lines that were not understood."""
     wrong = {error.line for error in errors}
-    lines = enumerate(readings.source_text.splitlines(), 1)
+    lines = enumerate(split_lines(readings.source_text), 1)
     wrong_lines = [line for number, line in lines if number in wrong]
     return [line for line in wrong_lines if line.startswith("#")]
 
@@ -185,8 +185,8 @@ def _constant_line(column: Column) -> str:
 def _column_texts(column: Column) -> list[str]:
     """Write the cells of a column.
 
-    One cell becomes one cell again; if nearly every run has its own spin, a blank one
-    is an error.
+    One cell becomes one cell again. But if nearly every run has its own weight or spin,
+    a blank one is an error for the reader (`filling`), so that all are written.
     """
     texts = [_cell_text(column, run) for run in range(len(column.readings))]
     if _CONSTANT in column.spots:
@@ -194,9 +194,10 @@ def _column_texts(column: Column) -> list[str]:
         return ["" if spot == _CONSTANT else text for spot, text in pairs]
     part = BY_NAME[column.role].part
     once = _without_repeats(texts, column.spots)
-    are_repeated = 2 * once.count("") >= len(texts)
-    is_shared = part == "load" or (are_repeated and part == "spin")
-    return once if is_shared else texts
+    blank = once.count("")
+    are_weights = part == "load" and 8 * blank >= len(texts)
+    are_spins = part == "spin" and 2 * blank >= len(texts)
+    return once if are_weights or are_spins else texts
 
 
 def _spread_texts(column: Column, common: Uncertainty | None) -> list[str]:

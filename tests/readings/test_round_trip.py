@@ -155,3 +155,24 @@ def test_fixed_log_has_the_same_answer_and_the_column(header, tmp_path):
         before.inertia.value,
         before.inertia.u,
     )
+
+
+def test_a_line_ends_where_editors_end_it() -> None:
+    for end in ("\u2028", "\x0b", "\x0c", "\x85"):
+        head = f"# nice{end}day\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+        rows = "20,15,400,13.0,1/3\n20,15,500,,1/3\n"
+        text = write_log(read_log(head + rows))
+        assert "# left out: 20,15,500,,1/3" in text
+        assert "\n20,15,400,13.0,1/3" in text
+
+
+@pytest.mark.parametrize("count", [7, 8, 20])
+def test_a_weight_that_only_one_run_repeats_is_written(count: int) -> None:
+    head = "mass [g],position [cm],spin [rpm],time_1 [s],time_2 [s],turns\n"
+    rows = [f"20,15,{400 + 10 * i},{13 + 0.3 * i:.1f},,1/3\n" for i in range(count)]
+    rows[0] = rows[0].replace(",,", ",13.1,")
+    log = read_log(head + "".join(rows))
+    assert log.ok
+    again = read_log(write_log(log))
+    assert again.ok
+    assert len(again.runs) == len(log.runs)

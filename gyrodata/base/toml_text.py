@@ -60,5 +60,5 @@ def error_at(
     """
     line, column, width, *_ = *place, 1, 1
     excerpt = text.split("\n")[line - 1]
-    found = {"line": line, "column": column, "excerpt": excerpt, "width": width}
-    return InputError([replace(fault, file=name, **found)])
+    marked = {"line": line, "column": column, "excerpt": excerpt, "width": width}
+    return InputError([replace(fault, file=name, **marked)])

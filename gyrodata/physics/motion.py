@@ -558,8 +558,8 @@ def find_crossing(
     The zero is between `early` and `late`, and is found to the last digit.
 
     Without a zero between them, return `late` if the function is below 0 everywhere,
-    and the number next to `early` if it is above 0. A NaN counts as
-    above 0. Newton's method fails at times when a precessing rod is at rest.
+    and the number next to `early` if it is above 0. A NaN counts as above 0. Newton's
+    method fails at times when a precessing rod is at rest.
     """
     low, high = np.broadcast_arrays(
         np.asarray(early, dtype=float), np.asarray(late, dtype=float)

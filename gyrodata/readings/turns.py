@@ -217,7 +217,7 @@ def _number_before_turn(before: str) -> str:
 def is_of_turns(word: str) -> bool:
     """Return whether a word belongs to a count of turns: "full", "third", "turn"."""
     word = word.lower()
-    if word in _FILLERS or word in NUMBERS or names_turns(word):
+    if word in _FILLERS or fold_name(word) in NUMBERS or names_turns(word):
         return True
     return _ONE_TURN.is_in(word) or PRECESSION.is_in(word)
 

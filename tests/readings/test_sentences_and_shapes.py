@@ -682,6 +682,22 @@ def test_turns_in_words_of_many_languages_are_read_in_the_header_of_a_time(
     assert log.columns["turns"].values == pytest.approx([TURNS_IN_WORDS[words]] * 9)
 
 
+@pytest.mark.parametrize(
+    ("words", "turns"),
+    [
+        ("tid för två varv", 2),
+        ("čas tří otáček", 3),
+        ("čas čtvrtiny otáčky", 1 / 4),
+        ("tiempo de media vuelta", 1 / 2),
+    ],
+)
+def test_turns_in_words_with_accents_are_read_above_the_table(
+    words: str, turns: float
+) -> None:
+    log = read_log(f"# {words}\n# r: 14.8 cm\n{PLAIN[0]}{runs(PLAIN[1])}")
+    assert log.columns["turns"].values == pytest.approx([turns] * 9)
+
+
 BEFORE_AND_AFTER = (
     "tr/min début, tr/min fin; giri iniziali (rpm), giri finali (rpm); rpm inicial, "
     "rpm final; rpm início, rpm fim; "

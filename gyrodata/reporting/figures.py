@@ -514,6 +514,8 @@ def _facts(scene: Scene) -> list[str]:
     facts = [f"{log}, {runs}", answer, f"M0 = {shown((m0,))}; {quality}"]
     if analysis.doubts:
         reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")
+        # A number stays on the line of its per cent.
+        reason = reason.replace(" %", "\u00a0%")
         facts.append(f"Do not rely on this answer: {reason}")
     return facts
 

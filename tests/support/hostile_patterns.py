@@ -41,7 +41,7 @@ grows faster than their length."""
 SUSPECT, TOO_MUCH = 15, 15
 """Ratios of two times, for ten and then for five times as many characters; a square
 takes 100 and 25 times as long."""
-QUICK, NOTICED, ENDLESS = 0.001, 0.03, 0.4
+QUICK, NOTICED, ENDLESS = 0.0003, 0.008, 0.4
 """Times [s] of the processor: not worth a look at 2,000 characters, and at 10,000; and
 given up."""
 PIECES = (
@@ -222,8 +222,7 @@ class EndlessError(Exception):
     """A pattern takes too long."""
 
 
-def run(use: Use, text: str) -> None:
-    compiled = COMPILE(use.pattern, use.flags)
+def run(use: Use, compiled: re.Pattern[Any], text: str) -> None:
     given: Any = text.encode() if isinstance(use.pattern, bytes) else text
     if use.method in ("sub", "subn"):
         getattr(compiled, use.method)(lambda match: match[0], given)
@@ -236,12 +235,19 @@ def run(use: Use, text: str) -> None:
 
 def time_of(use: Use, text: str) -> float:
     """Return the time [s] of the processor for one text, at most about `ENDLESS`."""
+    # To compile a pattern can take longer than to try it on a short text.
+    compiled = COMPILE(use.pattern, use.flags)
     signal.setitimer(signal.ITIMER_VIRTUAL, ENDLESS)
     start = time.thread_time()
     with contextlib.suppress(EndlessError):
-        run(use, text)
+        run(use, compiled, text)
     signal.setitimer(signal.ITIMER_VIRTUAL, 0)
     return time.thread_time() - start
+
+
+def shortest_time(use: Use, text: str) -> float:
+    """Return the shortest of three times [s]: the one without other programs' work."""
+    return min(time_of(use, text) for _ in range(3))
 
 
 def give_up(*_: object) -> None:
@@ -258,11 +264,10 @@ def is_slow(use: Use, texts: Sequence[str]) -> bool:
     time_usual = time_of(use, usual)
     if time_usual > ENDLESS / 2:
         return True
-    if time_usual < max(QUICK, SUSPECT * time_of(use, short)):
+    if time_usual < max(QUICK, SUSPECT * shortest_time(use, short)):
         return False
-    # The shortest of several times is the one without the work of other programs.
-    times = [min(time_of(use, text) for _ in range(3)) for text in (usual, longest)]
-    return times[1] > max(NOTICED, min(TOO_MUCH * times[0], ENDLESS / 2))
+    time_usual, time_longest = (shortest_time(use, text) for text in (usual, longest))
+    return time_longest > max(NOTICED, min(TOO_MUCH * time_usual, ENDLESS / 2))
 
 
 def slow_piece(use: Use) -> str:

@@ -252,8 +252,10 @@ def reached(
     def traced() -> bool:
         plugin = Traced()
         plugin.seen.start()
-        pytest.main([*OPTIONS, *tests], plugins=[plugin])
+        code = pytest.main([*OPTIONS, *tests], plugins=[plugin])
         plugin.seen.stop()
+        if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+            return False
         # A test that measures time may fail because of the tracing: it is left out.
         found, of = (
             [],
@@ -286,8 +288,10 @@ def reached(
         Path("found.json").write_text(json.dumps([found, sorted(plugin.failed)]))
         return len(plugin.failed) <= MOST_FAILED
 
-    done, text = forked(traced, 86400.0), Path("found.json").read_text()
-    found, failed = json.loads(text)
+    done = forked(traced, 86400.0)
+    if not Path("found.json").exists():
+        sys.exit("the tests cannot be collected")
+    found, failed = json.loads(Path("found.json").read_text())
     print(
         "".join(
             f"left out, because it fails without a mutant: {name}\n" for name in failed
@@ -369,9 +373,10 @@ def main() -> None:
             ),
         ]
         tests = ["tests", *(f"--ignore=tests/{name}" for name in OUTSIDE)]
-        # Loads all libraries.
+        # Loads all libraries. pytest keeps the classes of warnings that its filters
+        # name; those of this package are loaded anew for each mutant.
         with contextlib.redirect_stdout(io.StringIO()):
-            pytest.main([*OPTIONS, "--collect-only", *tests])
+            pytest.main([*OPTIONS, "-o", "filterwarnings=", "--collect-only", *tests])
         reaching = reached(drawn, tests)
         for at, (mutant, known) in enumerate(zip(drawn, reaching, strict=True), 1):
             survived = survives(mutant, at, known)

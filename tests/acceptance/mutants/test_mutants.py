@@ -14,8 +14,15 @@ PACKAGE = (
     "STEP = 2\ndef area(r):\n    return 3 * r * r\ndef never(r):\n    return r + 1\n"
     "def near(r):\n    return r < STEP\n"
 )
+WARNING = "class Warned(UserWarning):\n    pass\n"
+SETTINGS = """\
+[tool.pytest.ini_options]
+filterwarnings = ["error", "ignore::gyrodata.Warned"]
+"""
 TESTS = """\
-from gyrodata import physics
+import warnings
+from gyrodata import Warned, physics
+warnings.warn("while the tests are collected", Warned)
 def test_area():
     assert physics.area(2) == 12
 def test_near():
@@ -31,7 +38,8 @@ def test_a_mutant_that_is_noticed_is_killed(tmp_path: Path) -> None:
     (tmp_path / "tests" / "area").mkdir()
     (tmp_path / "tests" / "area" / "test_area.py").write_text(TESTS)
     (tmp_path / "gyrodata").mkdir()
-    (tmp_path / "gyrodata" / "__init__.py").touch()
+    (tmp_path / "pyproject.toml").write_text(SETTINGS)
+    (tmp_path / "gyrodata" / "__init__.py").write_text(WARNING)
     (tmp_path / "gyrodata" / "physics.py").write_text(PACKAGE)
     rooms = "rooms.clear(); rooms['physics'] = ('physics.py', 'area')"
     code = f"from mutants.__main__ import ROOMS as rooms, main; {rooms}; main()"

@@ -94,6 +94,9 @@ the logarithm of a ratio."""
 MOST_ODD = 12
 """More wrong runs are not searched for a mistake."""
 
+FARTHEST = 20
+"""Runs that are farther apart in the log are not exchanged by mistake."""
+
 MOST_LISTED = 4
 MOST_SHOWN = 3
 """Largest number of explanations, and of corrections, that are shown."""
@@ -275,9 +278,8 @@ def _hypotheses(
     log: Log, base: FitResult | None, outliers: Sequence[Outlier]
 ) -> list[Hypothesis]:
     """List what may be wrong in a log, the most probable first."""
-    tried = list(_as_written(log, base))
+    tried = [*_as_written(log, base), *_wrong_runs(log, outliers)]
     if len(log.measured.runs) <= MOST_RUNS:
-        tried += _wrong_runs(log, outliers)
         tried += _wrong_weights(log)
         tried += _wrong_counts(log)
         tried += _shared_errors(log)
@@ -323,7 +325,7 @@ def _instead(measured: Measurements, odd: Sequence[int]) -> Iterator[list[int]]:
     for group in measured.by_torque:
         is_divided = 0 < len(set(odd).intersection(group)) < len(group)
         instead = set(odd).symmetric_difference(group)
-        too_many = len(instead) > len(measured.runs) / 2
+        too_many = len(instead) > min(MOST_ODD, len(measured.runs) / 2)
         if is_divided and not too_many and measured.torque[group[0]]:
             yield sorted(instead)
 
@@ -367,9 +369,11 @@ def _corrections(
 
     The partner of an odd run in an exchange is listed too.
     """
+    of_run: dict[int, list[Correction]] = {run: [] for run in odd}
+    if len(log.measured.runs) > MOST_RUNS:
+        return of_run
     prediction = Prediction(log.measured, others)
     kept = np.flatnonzero(others.adjusted.kept).tolist()
-    of_run: dict[int, list[Correction]] = {run: [] for run in odd}
     for run in odd[:MOST_ODD]:
         tried = corrections.of_run(log.readings, log.measured, kept, run)
         of_run[run] = [*prediction.agreeing(tried, odd)]
@@ -386,9 +390,10 @@ def _exchanges(
 ) -> list[Correction]:
     """List the exchanges that are more probable than other errors of the outliers."""
     gains = []
-    for pair in combinations(range(len(log.measured.runs)), 2):
-        odd = of_run.keys() & pair
-        tried = corrections.of_pair(log.readings, *pair) if odd else ()
+    for first, second in combinations(range(len(log.measured.runs)), 2):
+        odd = of_run.keys() & (first, second)
+        is_tried = odd and second - first <= FARTHEST
+        tried = corrections.of_pair(log.readings, first, second) if is_tried else ()
         before = sum([_log_sum(of_run[run]) for run in odd])
         for exchange in prediction.agreeing(tried, odd):
             gain = exchange.log_density - before

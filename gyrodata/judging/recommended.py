@@ -33,6 +33,11 @@ ABSURD = 1000.0
 EXACT = 1e-6
 """Smallest credible relative uncertainty of I_zz [1]."""
 
+SPIN_JUMP = math.log(2)
+UNLIKE_OTHERS = 5.0
+"""A spin that changes during a run by more than this factor, and by so many times more
+than in half of the runs, has a wrong digit."""
+
 TOO_WIDE = 0.7
 """Largest relative uncertainty of I_zz that is an answer [1]."""
 
@@ -84,6 +89,7 @@ def recommend(
         fit = None
         with suppress(NoFit):
             fit = fitting.fit(runs, tilted=tilted)
+        outliers = _with_spin_jumps(runs, outliers)
         diagnosis = Diagnosis()
         if not _agrees(fit, outliers):
             diagnosis = explanations.diagnose(readings, runs, tilted, fit, outliers)
@@ -125,6 +131,23 @@ def _screen(
     odd = [outlier.index for outlier in outliers]
     corrected, _ = fitting.fit_model(measured, motion, odd, fitting.AS_STATED)
     return corrected, fitting.screen(corrected, motion.tilted)
+
+
+def _with_spin_jumps(
+    measured: Measurements, outliers: Sequence[Outlier]
+) -> list[Outlier]:
+    """Add the runs in which one of two spins has a wrong digit to the outliers.
+
+    Nobody knows the mean spin of such a run, so that hardly any time would be far from
+    its prediction.
+    """
+    known = {outlier.index: outlier for outlier in outliers}
+    if measured.spin_start is not None and measured.spin_end is not None:
+        change = np.abs(np.log(measured.spin_start / measured.spin_end))
+        limit = max(SPIN_JUMP, UNLIKE_OTHERS * float(np.median(change)))
+        for run in np.flatnonzero(change > limit).tolist():
+            known[run] = Outlier(run, math.inf, slip=True)
+    return [outlier for _, outlier in sorted(known.items())]
 
 
 def _refuse_too_many_shared_readings(

@@ -246,8 +246,8 @@ def diagnose(
     likely = [each for each in tried if each.log_probability > best - CLEARLY]
     if not likely or "none" in [each.kind for each in likely]:
         # No mistake is named, but it may be clear which runs do not agree.
-        of_runs = [each.outliers for each in likely if each.kind == "runs"]
-        return Diagnosis(outliers=of_runs[0] if of_runs else tuple(outliers))
+        of_runs = [each.outliers for each in tried if each.kind == "runs"]
+        return Diagnosis(outliers=of_runs[0] if of_runs else ())
     return _diagnosis(log, tried, likely)
 
 

@@ -85,7 +85,8 @@ def recommend(
         with suppress(NoFit):
             fit = fitting.fit(runs, tilted=tilted)
         diagnosis = Diagnosis()
-        if not _agrees(fit, outliers):
+        agrees = _agrees(fit, outliers)
+        if not agrees:
             diagnosis = explanations.diagnose(readings, runs, tilted, fit, outliers)
         _refuse_wrong_counts(readings, diagnosis.explanations)
         left_out = () if keep_flagged else diagnosis.left_out

@@ -2,9 +2,10 @@
 package, which must then work.
 
 One copy for all, and of each recipe the smallest real example, as a patch: text after a
-file's name is put in where the lines with a blank or a minus before them stand, or at
-the end of the file where there are none. The recipe must name every file that this
-takes, and at most five."""
+file's name is put in where the lines with a blank before them stand, or at the end of
+the file where there are none. No line is replaced, so that an example and a real change
+of the same kind fit into one package. The recipe must name every file that this takes,
+and at most five."""
 
 from __future__ import annotations
 
@@ -135,8 +136,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for name, body in files_of(patch):
             path = folder / "gyrodata" / name
             text = path.read_text(encoding="utf-8")
-            old = "\n".join(line[1:] for line in body if line[0] != "+")
-            new = "\n".join(line[1:] for line in body if line[0] != "-")
+            old = "\n".join(line[1:] for line in body if line[0] == " ")
+            new = "\n".join(line[1:] for line in body)
             assert old in text, f"{name} has no {old!r} any more"
             path.write_text(
                 text.replace(old, new, 1) if old else text + new + "\n",
@@ -172,6 +173,12 @@ def test_a_recipe_opens_at_most_five_files_of_the_package(recipe: str) -> None:
     assert {name for name, _ in files_of(RECIPES[recipe])} <= set(opened)
     assert len(words.strip().splitlines()) <= 10
     assert "Tests: " in words
+
+
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_an_example_only_adds_lines(recipe: str) -> None:
+    lines = [line for _, body in files_of(RECIPES[recipe]) for line in body]
+    assert {line[0] for line in lines} <= {" ", "+"}
 
 
 @pytest.mark.parametrize("recipe", SMALL)

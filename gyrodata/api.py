@@ -135,7 +135,8 @@ class Analysis(results.Analysis, frozen=True, eq=False):
 
         Parameters
         ----------
-        name : {"period", "product", "torque", "residuals", "days"}
+        name : {"period", "product", "torque", "residuals", \
+                "days"}
             Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque
             against φ̇ψ̇ [rad²/s²]; the difference of each time and its prediction [u];
             or, of several days, the torque minus I_zz φ̇ψ̇ in the colour of each.

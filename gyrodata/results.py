@@ -447,7 +447,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
             "constants": {"g": self.measurements.g, **self.readings.constants},
             "model": self.model.name,
             "ball_reason": NO_BALL if self.ball is None else None,
-            "runs": self.run_table,
+            "runs": [run for run, _ in runs_with_notes(self)],
             "uncertainties": _stated_uncertainties(self.measurements),
             "conventions": CONVENTIONS,
             "patterns": (),
@@ -478,7 +478,7 @@ NO_P = "no degrees of freedom: as many unknowns as runs"
 
 def runs_with_notes(analysis: Analysis) -> Iterator[tuple[Run, str]]:
     """Pair each run of the table of runs, as in the JSON, with its note."""
-    return zip(analysis.run_table, analysis.readings.notes, strict=True)
+    yield from zip(analysis.run_table, analysis.readings.notes, strict=True)
 
 
 class Input(Struct, eq=False):

@@ -109,7 +109,12 @@ def analyze(
         ),
     ] = "screen",
     model: Annotated[
-        Literal["auto", "horizontal", "steady", "released"],
+        Literal[
+            "auto",
+            "horizontal",
+            "steady",
+            "released",
+        ],
         typer.Option(
             "--model",
             help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "

@@ -102,7 +102,9 @@ MOST_SHOWN = 3
 """Largest number of explanations, and of corrections, that are shown."""
 
 
-MESSAGES = {"weight": "weight_wrong"}
+MESSAGES = {
+    "weight": "weight_wrong",
+}
 """The message of a kind of explanation in `messages.toml`, if it is not "shared_error"."""
 
 
@@ -269,7 +271,7 @@ def _diagnosis(
         )
     wrong = set.intersection(*[set(each.wrong) for each in likely])
     shown = first.outliers
-    if first.kind == "weight" and not wrong:
+    if first.kind in MESSAGES and not wrong:
         shown = ()
     return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
 

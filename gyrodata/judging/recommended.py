@@ -91,7 +91,8 @@ def recommend(
             fit = fitting.fit(runs, tilted=tilted)
         outliers = _with_spin_jumps(runs, outliers)
         diagnosis = Diagnosis()
-        if not _agrees(fit, outliers):
+        agrees = _agrees(fit, outliers)
+        if not agrees:
             diagnosis = explanations.diagnose(readings, runs, tilted, fit, outliers)
         _refuse_wrong_counts(readings, diagnosis.explanations)
         left_out = () if keep_flagged else diagnosis.left_out

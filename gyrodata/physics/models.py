@@ -62,7 +62,12 @@ FROM_REST: Final = "released"
 steadily, and for one that was released from rest: how a rod began to move. The model
 "steady" is something else, eq. (8)."""
 
-ModelName = Literal["auto", "horizontal", "steady", "released"]
+ModelName = Literal[
+    "auto",
+    "horizontal",
+    "steady",
+    "released",
+]
 """The names that a user can choose from, for type checkers; `names` lists them."""
 
 LEVEL_TO = math.radians(2.0)
@@ -485,7 +490,13 @@ RELEASED = Released()
 PUSHED = Pushed()
 EARTH = Earth()
 
-MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
+MODELS: list[MotionModel] = [
+    HORIZONTAL,
+    STEADY,
+    RELEASED,
+    PUSHED,
+    EARTH,
+]
 """Every model of motion, in the order of the table of effects. The first one is the
 equation of the fit without a correction. Of models with one name, or one effect, the
 first stands for it."""

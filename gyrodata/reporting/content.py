@@ -129,9 +129,7 @@ def _sections(n: Numbers) -> Iterator[Section]:
 
 def _read_as(n: Numbers) -> Sentence:
     """Describe the first run with a load: what was read, and what follows from it."""
-    runs = n.analysis.run_table
-    i = next(i for i, run in enumerate(runs) if run.torque)
-    run = runs[i]
+    i, run = next((i, run) for i, run in enumerate(n.analysis.run_table) if run.torque)
     here = n.at(f"runs.{i}")
     torque = here.value("torque")
     load = say("a torque of {}", torque)
@@ -617,7 +615,7 @@ def _provenance(n: Numbers) -> Iterator[elements.Block]:
             pairs = [f"{name} = {text}" for name, text in option.items()]
             option = ", ".join(pairs)
         if option:
-            text = "yes" if option is True else option
+            text = "yes" if option is True else str(option)
             facts[f"option {key}"] = Styled(text, "typed")
     for key, value in n.find("constants").items():
         scale = UNITS_OF_CONSTANTS[kind_of_role(key)]

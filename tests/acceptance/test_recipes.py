@@ -2,9 +2,10 @@
 package, which must then work.
 
 One copy for all, and of each recipe the smallest real example, as a patch: text after a
-file's name is put in where the lines with a blank or a minus before them stand, or at
-the end of the file where there are none. The recipe must name every file that this
-takes, and at most five."""
+file's name is put in where the lines with a blank before them stand, or at the end of
+the file where there are none. No line is replaced, so that an example and a real change
+of the same kind fit into one package. The recipe must name every file that this takes,
+and at most five."""
 
 from __future__ import annotations
 
@@ -54,13 +55,13 @@ def of_fewer_runs(lab):
     return [document["inertia"]["value"], len(document["runs"]), len(left), reasons]
 
 english = "# motion: steady\\nmass [g],position [cm],spin [rpm],turns,time [s]\\n"
-latvian = "# motion: steady\\natsvara masa [g];attālums no centra [cm];rotācijas ātrums [apgr/min];"
-latvian += "apgriezieni;laiks [s]\\n"
+esperanto = "# motion: steady\\nmaso de pezilo [g];distanco de la centro [cm];"
+esperanto += "rotacia rapido [rond/min];rondiroj;daŭro [s]\\n"
 for mass in (20, 40, 60):
     for rpm in (200, 400, 600):
         time = round(0.0044 * rpm * math.pi / 30 * 2 * math.pi / (mass * 1e-3 * 9.80665 * 0.15), 2)
         english += f"{mass},15.0,{rpm},1,{time}\\n"
-        latvian += f"{mass};15,0;{rpm};1;{time}\\n".replace(".", ",")
+        esperanto += f"{mass};15,0;{rpm};1;{time}\\n".replace(".", ",")
 braked = english.replace("motion: steady", "motion: braked")
 
 def of_model(lab):
@@ -100,13 +101,15 @@ print(json.dumps({
     "bars": sum(bar.get_height() for bar in lab.plot("spins", Figure().add_subplot()).patches),
     "report": lab._repr_markdown_(),
     "fewer": of_fewer_runs(gyrodata.analyze(log.encode(), min_turns=0.9)),
+    "page": gyrodata.analyze(log.encode(), min_turns=0.9)._repr_markdown_(),
     "rows": of_fewer_runs(gyrodata.analyze(without_short_runs.encode())),
-    "latvian": gyrodata.analyze(latvian.encode()).inertia.value,
+    "esperanto": gyrodata.analyze(esperanto.encode()).inertia.value,
     "english": gyrodata.analyze(english.encode()).inertia.value,
     "braked": of_model(gyrodata.analyze(braked.encode())),
     "asked": of_model(gyrodata.analyze(english.encode(), model="braked")),
     "level": of_model(gyrodata.analyze(english.encode())),
     "inches": of_days(days(2.54)),
+    "smaller": of_days(days(2.45)),
     "same days": of_days(days(1)),
 }))
 """
@@ -133,8 +136,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for name, body in files_of(patch):
             path = folder / "gyrodata" / name
             text = path.read_text(encoding="utf-8")
-            old = "\n".join(line[1:] for line in body if line[0] != "+")
-            new = "\n".join(line[1:] for line in body if line[0] != "-")
+            old = "\n".join(line[1:] for line in body if line[0] == " ")
+            new = "\n".join(line[1:] for line in body)
             assert old in text, f"{name} has no {old!r} any more"
             path.write_text(
                 text.replace(old, new, 1) if old else text + new + "\n",
@@ -170,6 +173,12 @@ def test_a_recipe_opens_at_most_five_files_of_the_package(recipe: str) -> None:
     assert {name for name, _ in files_of(RECIPES[recipe])} <= set(opened)
     assert len(words.strip().splitlines()) <= 10
     assert "Tests: " in words
+
+
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_an_example_only_adds_lines(recipe: str) -> None:
+    lines = [line for _, body in files_of(RECIPES[recipe]) for line in body]
+    assert {line[0] for line in lines} <= {" ", "+"}
 
 
 @pytest.mark.parametrize("recipe", SMALL)
@@ -223,15 +232,20 @@ def test_recipes_carried_out_work(copy: Path) -> None:
     page = (copy / "report" / "report.html").read_text(encoding="utf-8")
     rows = (copy / "report" / "runs.csv").read_text(encoding="utf-8").splitlines()
     assert done.stdout.count("Not in the fit: run ") == left
-    assert page.count("Not in the fit: run ") == left
+    assert page.count("it has fewer than 0.9") == left
+    assert page.count('">205</data>') == 1
+    assert page.count('<tr class="flagged">') == left
+    assert "all runs are in the fit" not in page
+    assert "option min turns: " in seen["page"]
     assert len(rows) == 1 + count
-    assert seen["latvian"] == pytest.approx(seen["english"], rel=1e-9)
+    assert seen["esperanto"] == pytest.approx(seen["english"], rel=1e-9)
     name, value, rows, count = seen["braked"]
     assert (name, rows, count) == ("braked", [True], 1)
     assert value == pytest.approx(0.98 * seen["english"], rel=1e-3)
     assert seen["asked"] == ["braked", pytest.approx(value), [True], 1]
     assert seen["level"] == ["horizontal", pytest.approx(seen["english"]), [], 0]
-    assert seen["inches"] == [["day", 'multiply each position of "Tue" by 2.54']]
+    assert seen["inches"] == [["inches", 'multiply each position of "Tue" by 2.54']]
+    assert "inches" not in [kind for kind, _ in seen["smaller"]]
     assert seen["same days"] == []
     for student in ("Doe_Jane_jdoe_1234567", "Roe_Ann_aroe_7654321"):
         home = copy / "class" / student
@@ -250,7 +264,7 @@ def test_recipes_carried_out_work(copy: Path) -> None:
         "--workers",
         "0",
     )
-    assert told["input"]["lms"] == "ilias"
+    assert told["input"]["lms"] == "campus"
     assert [(student["student"], student["name"]) for student in told["students"]] == [
         ("aroe", "Roe_Ann"),
         ("jdoe", "Doe_Jane"),

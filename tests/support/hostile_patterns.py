@@ -38,7 +38,7 @@ FLAGS_AT = {"sub": 3, "subn": 3, "split": 2}
 SIZES = 200, 2_000, 10_000
 """Numbers of characters. The longest texts are only tried if the time of the others
 grows faster than their length."""
-SUSPECT, TOO_MUCH = 15, 15
+SUSPECT, TOO_MUCH = 20, 11
 """Ratios of two times, for ten and then for five times as many characters; a square
 takes 100 and 25 times as long."""
 QUICK, NOTICED, ENDLESS = 0.0003, 0.008, 0.4

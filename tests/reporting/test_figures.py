@@ -282,7 +282,7 @@ def test_figures_show_the_numbers_of_the_analysis() -> None:
 @pytest.mark.slow
 def test_names_from_the_log_are_plain_text() -> None:
     names = [
-        "$x^{",
+        "$x^{$",
         "<script>",
         "a very long name of a run",
         "运行",

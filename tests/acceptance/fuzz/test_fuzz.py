@@ -64,7 +64,8 @@ def test_clean_log_of_any_length_and_order_contains_the_truth() -> None:
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
 @pytest.mark.parametrize("model", ["auto", "released"])
 def test_log_that_once_broke_the_tool_ends_in_words(path: Path, model: str) -> None:
-    try_reader(path.read_bytes())
+    if model == "auto":
+        try_reader(path.read_bytes())
     try:
         # The other model of motion changes the fit; what a report shows, only once.
         analyze = gyrodata.analyze if model == "auto" else analyze_briefly

@@ -13,11 +13,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from forked import run_gyro
+from forked import run_script
 from grading.classes import make_folder
 from grading.students_reports import a_log
 from msgspec.structs import replace
-from places import SAMPLES
+from places import ROOT, SAMPLES
 from typer.testing import CliRunner
 
 from gyrodata import analyze
@@ -49,32 +49,42 @@ nonsense
 """
 
 
+GYRO_TWICE = f"""
+import sys
+from contextlib import suppress
+from gyrodata.__main__ import main
+
+sys.argv[1:] = ["analyze", {str(SAMPLE)!r}, "--out", "log-report"]
+with suppress(SystemExit):
+    main()
+sys.argv[1:] = ["grade", "class", "--exit-zero", "--workers", "0"]
+main()
+"""
+"""Analyses a log and grades a class."""
+
+
 def drawn(home: Path, in_fork: bool = False, **environment: str) -> dict[str, bytes]:
-    """Analyse a log and grade a class in new processes, or in forks of this one; return
-    I_zz, and what is drawn.
+    """Run `GYRO_TWICE` in a new process, or in a fork of this one; return I_zz, and what
+    is drawn.
     """
     for name in ("log-report", "class-grades"):
         shutil.rmtree(home / name, ignore_errors=True)
     make_folder(home / "class", {"ann.csv": SAMPLE.read_bytes()})
 
-    def gyro(*words: str) -> subprocess.CompletedProcess[str]:
-        if in_fork:
-            return run_gyro([*words], home)
-        return subprocess.run(
-            [sys.executable, "-m", "gyrodata", *words],
+    script = home / "twice.py"
+    script.write_text(GYRO_TWICE, encoding="utf-8")
+    if in_fork:
+        done = run_script(script, home)
+    else:
+        done = subprocess.run(
+            [sys.executable, script],
             cwd=home,
-            env={**os.environ, **environment},
+            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
             capture_output=True,
             encoding="utf-8",
             check=False,
         )
-
-    done = gyro("analyze", str(SAMPLE), "--out", "log-report")
-    assert done.returncode == 0, done.stderr
-    graded = gyro("grade", "class", "--exit-zero")
-    assert (graded.returncode, "the tool broke" in graded.stdout) == (0, False), (
-        graded.stderr
-    )
+    assert (done.returncode, "the tool broke" in done.stdout) == (0, False), done.stderr
     files = {
         path.name: path.read_bytes()
         for path in sorted((home / "log-report").glob("*.svg"))

@@ -8,10 +8,12 @@ import errno
 import itertools
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from analyzed_once import drawn_once
 from places import SAMPLES
 from typer.testing import CliRunner, Result
 
@@ -30,6 +32,13 @@ def gyro(*words: object) -> Result:
 
 def grade(folder: Path, out: Path, *words: object) -> Result:
     return gyro("grade", folder, "-o", out, "--workers", 0, *words)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def figures_are_kept() -> Iterator[None]:
+    """A report needs figures, and no test here looks at one."""
+    with drawn_once():
+        yield
 
 
 @pytest.mark.slow

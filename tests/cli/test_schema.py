@@ -121,6 +121,8 @@ def test_grades(tmp_path: Path) -> None:
             folder,
             "--format",
             "json",
+            "--workers",
+            0,
             "--out",
             tmp_path / f"out-{folder.parent.name}",
         )

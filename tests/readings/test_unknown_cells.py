@@ -4,6 +4,8 @@ Powers of ten are numbers.
 
 from __future__ import annotations
 
+from itertools import islice
+
 import pytest
 
 import gyrodata
@@ -205,7 +207,8 @@ def logs_with(count: str) -> dict[str, str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("count", ODD)
 def test_impossible_number_of_turns_is_no_fault_of_the_tool(count: str) -> None:
-    for name, log in logs_with(count).items():
+    # Each count in a third of the places.
+    for name, log in islice(logs_with(count).items(), ODD.index(count) % 3, None, 3):
         found = read_log(log)
         assert found.ok or all(one.code < "G900" for one in errors_of(found)), name
         turns = found.columns.get("turns")

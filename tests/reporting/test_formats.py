@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from analyzed_once import analyzed_once
+from analyzed_once import analyzed_once, drawn_once
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
@@ -89,6 +89,7 @@ TEXTS = st.text(max_size=40) | st.text(
 
 
 @pytest.mark.slow
+@drawn_once()
 def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -> None:
     log = SAMPLES / "salort_one_torque.csv"
     for form, figures, document, shown in (
@@ -373,8 +374,8 @@ def test_numbers_for_programs_have_12_digits(tmp_path: Path) -> None:
         ["check", str(SAMPLE), "--format", "json"],
         ["predict", "tip", "--log", str(SAMPLE), "--format", "json"],
         ["selfcheck", str(SAMPLE), "--labs", "5", "--format", "json"],
-        ["grade", str(tmp_path / "class"), "--format", "json", "--quiet"],
-        ["grade", str(tmp_path / "class"), "--format", "ndjson", "--quiet"],
+        ["grade", str(tmp_path / "class"), "--format", "json", "--workers", "0"],
+        ["grade", str(tmp_path / "class"), "--format", "ndjson", "--workers", "0"],
     ]
     texts = []
     with analyzed_once():

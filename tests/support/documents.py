@@ -30,12 +30,15 @@ INSTALLS = ("python3 -m venv", "source .venv", "pipx ", "uv ", "hyperfine ")
 """What begins so sets a machine up, and is run by `.ci/run` or by nobody."""
 
 EXAMPLE = "python example.py"
-"""Runs an example of Python, which is the file `example.py` then. A page has up to
-fourteen of them, which load the same code: all but the first are run in a fork."""
+"""Runs an example of Python, which is the file `example.py` then. Examples load the
+same code: all but the first one of all pages are run in a fork."""
 
 OF_A_SHELL = re.compile(r"[|<>;&$*?~`#\\]")
-"""Signs in a line that a shell does something with. All commands of gyro on a page
-without them, but the first, are run in a fork, too."""
+"""Signs in a line that a shell does something with. All commands of gyro without them,
+but the first one, are run in a fork, too."""
+
+BEGUN: set[str] = set()
+"""Programs that were begun in a new process."""
 
 _BLOCK = re.compile(
     r"(?:<!-- (?P<mark>\w+): (?P<told>[^>]*) -->\n)?"
@@ -147,7 +150,6 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
-    begun: set[str] = set()
     for block, below in pairwise([*listed, None]):
         commands: list[tuple[str, str, str]] = []
         if block.mark == "file":
@@ -170,8 +172,8 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
         for line, said, came in commands:
             program = line.split()[0]
             is_plain = line == EXAMPLE or program == "gyro"
-            in_fork = is_plain and program in begun and not OF_A_SHELL.search(line)
-            begun.add(program)
+            in_fork = is_plain and program in BEGUN and not OF_A_SHELL.search(line)
+            BEGUN.add(program)
             done = run(line, folder, in_fork=in_fork)
             right = done.returncode == int(
                 (block.kind == "console" and block.told) or 0

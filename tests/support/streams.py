@@ -1,5 +1,5 @@
 """Run every command in every format, its output into a file and onto a terminal, in
-this process's locale.
+this process's locale: ``python tests/support/streams.py FOLDER ENCODING …``.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 import time
+from codecs import lookup
 from contextlib import suppress
 from io import TextIOWrapper
 from pathlib import Path
@@ -60,11 +61,15 @@ def on_terminal(line: str, encoding: str) -> bytes:
 
 
 if __name__ == "__main__":
-    coded, target = sys.stdout.encoding, Path(sys.argv[1])
+    folder, *encodings = sys.argv[1:]
+    assert lookup(encodings[0]) == lookup(sys.stdout.encoding)
     # Every fit of a self-check takes as long as the others.
     time.perf_counter = time.monotonic = itertools.count().__next__
     with analyzed_once(), fitted_once():
-        for i, one in enumerate(LINES):
-            with (target / f"{i}.file").open("wb") as file:
-                run(one, file.fileno(), coded)
-            (target / f"{i}.terminal").write_bytes(on_terminal(one, coded))
+        for encoding in encodings:
+            target = Path(folder, encoding)
+            target.mkdir()
+            for i, one in enumerate(LINES):
+                with (target / f"{i}.file").open("wb") as file:
+                    run(one, file.fileno(), encoding)
+                (target / f"{i}.terminal").write_bytes(on_terminal(one, encoding))

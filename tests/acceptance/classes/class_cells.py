@@ -219,7 +219,7 @@ def searched(
     students, pairs = plant(
         [draw(i, seed + 5, replace(USUAL, rpm_step=step)) for i in range(size)],
         seed,
-        size // 25,
+        max(1, size // 25),
     )
     return pairs, [
         frozenset(flag["students"]) for flag in grade(with_answer(students))["flags"]

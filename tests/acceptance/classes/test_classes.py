@@ -7,13 +7,13 @@ import pytest
 from classes.class_cells import CELLS
 
 SIZES = {
-    "A ": 20,
-    "B ": 21,
-    "G ": 40,
-    "D every": 15,
-    "D other": 15,
-    "D beside": 15,
-    "D honest": 12,
+    "A ": 6,
+    "B ": 7,
+    "G ": 12,
+    "D every": 9,
+    "D other": 9,
+    "D beside": 9,
+    "D honest": 5,
 }
 """Size of the class for the cells whose names begin so."""
 

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from coverage_cells import CHANCE, NINE, STATED, Number, cells, plain
 
 CELLS = {cell.name: cell for cell in cells()}
-LABS = 60
+LABS = 30
 FEWER = {"9 runs, u with a tighter true test / with the one before": 12}
 """A mean u of labs with the same readings hardly depends on their number."""
 

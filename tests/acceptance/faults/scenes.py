@@ -285,12 +285,12 @@ def start(home: Path) -> contextlib.AbstractContextManager[subprocess.Popen[byte
     )
 
 
-def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
+def try_kills(room: Path, count: int, seed: int, size: int = 20) -> Iterator[str]:
     """Kill runs with workers, so many in all, and give what is wrong after the next
     run.
     """
     draw = random.Random(seed)
-    a_class(room / "whole", 20)
+    a_class(room / "whole", size)
     begun = time.perf_counter()
     with start(room / "whole") as driver:
         told = driver.communicate()[1]

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.mark.parametrize(
     ("name", "tries"),
-    [("analyze again", 3), ("analyze -o FILE", 4), ("grade again", 5)],
+    [("analyze again", 2), ("analyze -o FILE", 4), ("grade again", 4)],
 )
 def test_call_that_fails_tears_and_loses_nothing(
     name: str, tries: int, tmp_path: Path
@@ -35,4 +35,4 @@ def test_call_that_fails_tears_and_loses_nothing(
 
 
 def test_killed_run_is_finished_by_the_next(tmp_path: Path) -> None:
-    assert list(try_kills(tmp_path, 1, seed=1)) == []
+    assert list(try_kills(tmp_path, 1, seed=1, size=5)) == []

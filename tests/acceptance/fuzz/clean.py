@@ -17,13 +17,13 @@ INERTIA = 4.44e-3
 G = 9.803
 
 
-def draw_clean(seed: int) -> str:
-    """Draw a log of 3 to 3000 runs, its weights in any order, every error as the
+def draw_clean(seed: int, most: int = 3000) -> str:
+    """Draw a log of 3 to `most` runs, its weights in any order, every error as the
     defaults say.
     """
     random = np.random.default_rng(seed)
     runs, kinds = (
-        int(np.exp(random.uniform(math.log(3), math.log(3000)))),
+        int(np.exp(random.uniform(math.log(3), math.log(most)))),
         int(random.integers(2, 8)),
     )
     masses = np.linspace(20, 20 + 20 * random.uniform(0.5, 1.5) * (kinds - 1), kinds)
@@ -72,11 +72,11 @@ def draw_clean(seed: int) -> str:
     )
 
 
-def try_clean(seed: int) -> str:
+def try_clean(seed: int, most: int = 3000) -> str:
     """Analyse one; the answer has to hold the truth within 5 u, or to be refused in
     words.
     """
-    text = draw_clean(seed)
+    text = draw_clean(seed, most)
     try:
         lab = analyze_briefly(text.encode())
     except LogError as error:

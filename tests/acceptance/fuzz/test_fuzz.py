@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -44,22 +45,27 @@ def seeds(count: int) -> range:
 
 
 def test_any_log_has_an_answer_that_can_be_believed_or_words() -> None:
-    ends = {seed: tried(attempt, seed, "analysis") for seed in seeds(14)}
-    wrong = {seed: end for seed, end in ends.items() if end[1]}  # type: ignore[index]
-    assert wrong == {}
-    assert sum(end[0] == "answered" for end in ends.values()) > 0, (
-        "else only the reader is tried"
-    )  # type: ignore[index]
+    answered = 0
+    for seed in seeds(40):
+        end, wrong, _ = tried(attempt, seed, "analysis")  # type: ignore[misc]
+        assert not wrong, seed
+        answered += end == "answered"
+        if answered == 3:
+            break
+    assert answered > 0, "else only the reader is tried"
 
 
 def test_clean_log_of_any_length_and_order_contains_the_truth() -> None:
-    assert {tried(try_clean, seed, "clean") for seed in seeds(3)} == {"answered"}
+    # `python tests/acceptance/fuzz` draws longer ones.
+    try_short = partial(try_clean, most=100)
+    assert {tried(try_short, seed, "clean") for seed in seeds(3)} == {"answered"}
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
 @pytest.mark.parametrize("model", ["auto", "released"])
 def test_log_that_once_broke_the_tool_ends_in_words(path: Path, model: str) -> None:
-    try_reader(path.read_bytes())
+    if model == "auto":
+        try_reader(path.read_bytes())
     try:
         # The other model of motion changes the fit; what a report shows, only once.
         analyze = gyrodata.analyze if model == "auto" else analyze_briefly
@@ -111,7 +117,7 @@ def written_anew(lab: Lab, way: str, random: np.random.Generator) -> str:
     )
 
 
-@pytest.mark.parametrize("seed", range(9))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(
     "way",
     ["in other units", "by the tool", "with ten times the torque", "in another order"],

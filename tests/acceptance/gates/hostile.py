@@ -7,7 +7,6 @@ to work out, cells that a terminal obeys."""
 
 from __future__ import annotations
 
-import functools
 import gzip
 import io
 import re
@@ -16,7 +15,8 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from pathlib import Path
 
 from places import ROOT
@@ -40,8 +40,8 @@ def packed(name: str, data: bytes) -> bytes:
     return out.getvalue()
 
 
-@functools.cache
-def cases() -> dict[str, tuple[str, bytes | str, int]]:
+@cache
+def cases() -> dict[str, tuple[str, bytes | str | Callable[[], bytes], int]]:
     """Make what is given to the command, and the exit code: 1 is an error in the log, 2
     a file that cannot be read.
     """
@@ -49,10 +49,10 @@ def cases() -> dict[str, tuple[str, bytes | str, int]]:
     return {
         "workbook that unpacks to 120 MB": (
             "a.xlsx",
-            packed("xl/workbook.xml", zeros),
+            partial(packed, "xl/workbook.xml", zeros),
             2,
         ),
-        "gzip bomb": ("a.csv.gz", gzip.compress(zeros, 9), 2),
+        "gzip bomb": ("a.csv.gz", partial(gzip.compress, zeros, 9), 2),
         "gzip that is cut off": ("a.csv.gz", gzip.compress(LOG.encode())[:60], 2),
         "zip that is no workbook": ("a.xlsx", packed("a", b"x"), 2),
         "half of a workbook": ("a.xlsx", packed("xl/workbook.xml", b"<x")[:60], 2),
@@ -90,7 +90,7 @@ def cases() -> dict[str, tuple[str, bytes | str, int]]:
             LOG.replace("206", "2O6"),
             1,
         ),
-        "class with a bomb in it": ("bomb.zip", packed("a.csv", zeros), 1),
+        "class with a bomb in it": ("bomb.zip", partial(packed, "a.csv", zeros), 1),
         "class that climbs out": (
             "evil.zip",
             packed("../../evil.csv", LOG.encode()),
@@ -103,6 +103,7 @@ def cases() -> dict[str, tuple[str, bytes | str, int]]:
 def run(case: str, folder: Path) -> Iterator[str]:
     """Give one file to the command, and list what is wrong with the answer."""
     name, data, code = cases()[case]
+    data = data() if callable(data) else data
     (folder / name).write_bytes(data.encode() if isinstance(data, str) else data)
     words = (
         ["grade", name, "--dry-run"]
@@ -137,8 +138,8 @@ def run(case: str, folder: Path) -> Iterator[str]:
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:
-    """Run all cases, or one in 24 of them."""
-    tried = list(cases())[:: 24 if part else 1]
+    """Run all cases, or one of them."""
+    tried = list(cases())[2:3] if part else list(cases())
     with tempfile.TemporaryDirectory() as folder:
         wrong = [line for case in tried for line in run(case, Path(folder))]
     return Found(

@@ -42,8 +42,8 @@ def test_texts_agree_if_words_and_seven_digits_do() -> None:
 
 
 def test_fuzz_command_tries_logs() -> None:
-    line = [sys.executable, str(ACCEPTANCE / "fuzz"), "--count", "3", "--seed", "1"]
+    line = [sys.executable, str(ACCEPTANCE / "fuzz"), "--count", "1", "--seed", "1"]
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert (done.returncode, "3 analysis answered" in done.stdout) == (0, True), (
+    assert (done.returncode, "1 analysis answered" in done.stdout) == (0, True), (
         done.stdout + done.stderr
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from typing import Any, NamedTuple
@@ -78,10 +78,17 @@ def difference(relation: str, base: str, rewriting: Rewriting, analyze: Analyze)
 
 
 def differences(
-    relation: str, most: int = 99, analyze: Analyze = gyrodata.analyze
+    relation: str,
+    most: int = 99,
+    analyze: Analyze = gyrodata.analyze,
+    slow: Collection[str] = (),
 ) -> list[str]:
-    """Compare logs to which a relation applies; each relation takes others first."""
-    pairs = list(rewritings(relation).items())
+    """Compare logs to which a relation applies; each relation takes others first.
+
+    Bases that are slow are only taken where a relation applies to no other."""
+    changed = rewritings(relation)
+    pairs = [pair for pair in changed.items() if pair[0] not in slow]
+    pairs = pairs or list(changed.items())
     assert pairs, f"{relation} applies to no log"
     first = list(RELATIONS).index(relation) % len(pairs)
     chosen = [*pairs[first:], *pairs[:first]][:most]

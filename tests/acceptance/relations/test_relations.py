@@ -14,13 +14,13 @@ from relations import RELATIONS
 from relations.comparison import differences
 from relations.log_tables import bases
 
+SLOW = ("heidelberg_ball", "salort_one_torque", "two_days", "contradicting")
+
 
 @pytest.mark.parametrize("relation", RELATIONS)
 def test_logs_that_mean_the_same_give_the_same_answer(relation: str) -> None:
-    wrong = [
-        line for line in differences(relation, most=1, analyze=analyze_briefly) if line
-    ]
-    assert not wrong, "\n".join(wrong)
+    (wrong,) = differences(relation, most=1, analyze=analyze_briefly, slow=SLOW)
+    assert not wrong
 
 
 def test_judgement_keeps_the_answer_of_the_fit() -> None:

@@ -35,14 +35,14 @@ METHODS = (
 )
 FLAGS_AT = {"sub": 3, "subn": 3, "split": 2}
 """How many positional arguments come between the pattern and the flags, if not one."""
-SIZES = 100, 1_000, 5_000
+SIZES = 200, 2_000, 10_000
 """Numbers of characters. The longest texts are only tried if the time of the others
 grows faster than their length."""
 SUSPECT, TOO_MUCH = 20, 11
 """Ratios of two times, for ten and then for five times as many characters; a square
 takes 100 and 25 times as long."""
-QUICK, NOTICED, ENDLESS = 0.0002, 0.004, 0.3
-"""Times [s] of the processor: not worth a look at 1,000 characters, and at 5,000; and
+QUICK, NOTICED, ENDLESS = 0.0003, 0.008, 0.4
+"""Times [s] of the processor: not worth a look at 2,000 characters, and at 10,000; and
 given up."""
 PIECES = (
     *" \n([{<1a_-.,:=/\\$*±'\"|",

@@ -47,7 +47,8 @@ def pytest_runtest_logstart(nodeid: str) -> None:
 
 
 OF_SAME_LOGS = {
-    *("cli", "grading", "judging", "readings", "relations", "reporting", "tests")
+    *("cli", "grading", "judging", "readings", "relations", "reporting", "tests"),
+    "trials",
 }
 """Folders whose tests analyse or grade the same log again and again. Tests of the fit
 itself draw new labs, and looking whether they were fitted would cost them time."""

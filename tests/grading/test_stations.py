@@ -251,7 +251,7 @@ def fits(seed: int, count: int) -> tuple[list[FittedLog], FittedLog]:
     logs = []
     for number in range(count):
         rows = rows_of_day(random.normal(0, 1e-3), 1000 * seed + number)
-        log = file(rows, "# motion: steady")
+        log = file(rows)
         logs.append(read_log(log, name=f"{number}.csv"))
     together = fit_log(read_together(logs), Options())
     return [fit_log(log, Options()) for log in logs], together

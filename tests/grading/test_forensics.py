@@ -138,7 +138,7 @@ def test_hundreds_of_equal_logs_are_one_flag_in_little_memory(
     tracemalloc.stop()
     assert (flag.students, flag.previous) == (tuple(copies), ("2023/anna",))
     assert flag.evidence.endswith(f"; and {101 * 100 // 2 - 3} more like these")
-    assert peak < 7e6
+    assert peak < 6e6
 
 
 @pytest.mark.slow

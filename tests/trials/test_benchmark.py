@@ -342,7 +342,7 @@ def test_gyro_does_what_the_map_of_released_rods_draws(
 
 def test_gyro_refuses_released_rods_near_the_cup_only() -> None:
     kind = MAPS["released"]
-    for rpm, pitch in itertools.product(kind.x[::4], (-30, 0, 30)):
+    for rpm, pitch in itertools.product(kind.x[::4], (-30, 30)):
         level, gyro = cell(kind, rpm, pitch).to_dict("records")
         assert level["refused"] == 0
         if gyro["refused"]:

@@ -179,7 +179,7 @@ def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
         m0 = np.repeat([0.05, -0.05, 0.0], 3) * table.mass[0] / table.mass
         table = table._replace(time=np.round(table.time / (1 + m0), 2))
     log = write(table)
-    within = analyze_briefly(log.encode()).constancy
+    within = analyze_briefly(log.encode(), name="<stdin>").constancy
     text = printed(log)
     assert within is not None
     assert within.p >= 0.05 or hand == 0.5

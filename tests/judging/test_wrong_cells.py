@@ -40,7 +40,8 @@ def log(*changes: tuple[int, str, str]) -> str:
 
 
 def analyze(text: str) -> gyrodata.Analysis:
-    return gyrodata.analyze(text.encode())
+    """Analyse a log under the name that it has on standard input."""
+    return gyrodata.analyze(text.encode(), name="<stdin>")
 
 
 CLEAN = analyze(log())

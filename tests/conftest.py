@@ -31,7 +31,9 @@ def pytest_configure(config: pytest.Config) -> None:
     """Ignore warnings about logs: a filter in `pyproject.toml` would load numpy, which
     reads the number of threads, before it is set here.
     """
-    config.addinivalue_line("filterwarnings", "ignore::gyrodata.GyroWarning")
+    # The mutants are collected without any filter.
+    if config.getini("filterwarnings"):
+        config.addinivalue_line("filterwarnings", "ignore::gyrodata.GyroWarning")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -27,6 +27,15 @@ for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Ignore warnings about logs: a filter in `pyproject.toml` would load numpy, which
+    reads the number of threads, before it is set here.
+    """
+    # The mutants are collected without any filter.
+    if config.getini("filterwarnings"):
+        config.addinivalue_line("filterwarnings", "ignore::gyrodata.GyroWarning")
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Iterator[None]:
     """Collect without a search for garbage: nearly all of it stays."""
@@ -47,8 +56,8 @@ def pytest_runtest_logstart(nodeid: str) -> None:
 
 
 OF_SAME_LOGS = {
-    *("cli", "gates", "grading", "judging", "readings", "relations"),
-    *("reporting", "tests"),
+    *("cli", "gates", "grading", "judging", "physics", "readings"),
+    *("relations", "reporting", "tests", "trials"),
 }
 """Folders whose tests analyse or grade the same log again and again. Tests of the fit
 itself draw new labs, and looking whether they were fitted would cost them time."""

@@ -167,7 +167,7 @@ def printed(log: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("hand", [0.14, 0.5])
 def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
     seed: int, hand: float
@@ -179,7 +179,7 @@ def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
         m0 = np.repeat([0.05, -0.05, 0.0], 3) * table.mass[0] / table.mass
         table = table._replace(time=np.round(table.time / (1 + m0), 2))
     log = write(table)
-    within = analyze_briefly(log.encode()).constancy
+    within = analyze_briefly(log.encode(), name="<stdin>").constancy
     text = printed(log)
     assert within is not None
     assert within.p >= 0.05 or hand == 0.5
@@ -210,8 +210,7 @@ def ball_finding(log: str) -> list[gyrodata.Diagnostic]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("too_long", [-0.006, 0.006])
+@pytest.mark.parametrize(("seed", "too_long"), [(1, -0.006), (2, 0.006)])
 def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(
     seed: int, too_long: float
 ) -> None:

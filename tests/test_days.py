@@ -26,6 +26,8 @@ from gyrodata.results import FittedLog, Options
 TRUTH = 4.44e-3
 G = 9.80665
 HEADER = "mass [g],position [cm],spin [rpm],time [s],turns"
+MOTION = "# motion: steady"
+"""A silent log is fitted for other motions too, which takes five times as long."""
 BALANCES = 1.5e-3, -1.5e-3
 
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -49,13 +51,13 @@ def rows_of_day(
 
 
 def file(rows: list[str], *lines: str) -> bytes:
-    return "\n".join([*lines, HEADER, *rows, ""]).encode()
+    return "\n".join([*lines, MOTION, HEADER, *rows, ""]).encode()
 
 
 def with_column(name: str, days: dict[str, list[str]]) -> bytes:
     """Write the rows of several days as one log, with the day in the first column."""
     rows = [f"{day},{row}" for day, each in days.items() for row in each]
-    return "\n".join([f"{name},{HEADER}", *rows, ""]).encode()
+    return "\n".join([MOTION, f"{name},{HEADER}", *rows, ""]).encode()
 
 
 def two_days(**changed: float) -> dict[str, list[str]]:
@@ -75,8 +77,10 @@ def fitted(log: bytes) -> FittedLog:
 
 def test_one_log_with_a_column_is_two_logs_together() -> None:
     days = two_days()
-    one = gyrodata.analyze(with_column("day", days))
-    both = gyrodata.analyze([file(rows) for rows in days.values()], together=True)
+    silent = f"{MOTION}\n".encode(), b""
+    one = gyrodata.analyze(with_column("day", days).replace(*silent))
+    logs = [file(rows).replace(*silent) for rows in days.values()]
+    both = gyrodata.analyze(logs, together=True)
     for name in ("inertia", "residual_torque", "timing_bias"):
         first, second = getattr(one, name), getattr(both, name)
         assert first.value == pytest.approx(second.value, rel=1e-9)
@@ -150,7 +154,7 @@ def test_cells_of_a_day_can_be_blank_or_have_a_time() -> None:
         for day, each in days.items()
         for i, row in enumerate(each)
     ]
-    log = "\n".join([f"date,{HEADER}", *rows, ""]).encode()
+    log = "\n".join([MOTION, f"date,{HEADER}", *rows, ""]).encode()
     assert [block.name for block in fitted(log).blocks] == ["Mon", "Fri"]
 
 
@@ -167,7 +171,7 @@ def test_cells_of_a_day_can_be_blank_or_have_a_time() -> None:
 def test_a_column_that_is_no_block_is_named(cells: list[str]) -> None:
     rows = rows_of_day(0.0, 1)
     typed = [f"{cell},{row}" for cell, row in zip(cells, rows, strict=True)]
-    log = "\n".join([f"group,{HEADER}", *typed, ""]).encode()
+    log = "\n".join([MOTION, f"group,{HEADER}", *typed, ""]).encode()
     lab = fitted(log)
     assert not lab.blocks
     assert u(lab) == u(fitted(file(rows)))
@@ -232,19 +236,20 @@ def test_a_finding_has_its_place_in_its_own_log() -> None:
     logs = [file(monday), file([*friday[:4], ",".join(mistaken), *friday[5:]])]
     analysis = gyrodata.analyze(logs, together=True)
     lines = [found.line for found in analysis.diagnostics if found.line]
-    assert 6 in lines
-    assert max(lines) <= 10
-    assert analysis.run_table[-1].line == 10
+    assert 7 in lines
+    assert max(lines) <= 11
+    assert analysis.run_table[-1].line == 11
 
 
 def test_a_copied_row_has_its_line_in_each_log(tmp_path: Path) -> None:
-    monday, friday = two_days().values()
+    # With the same M0, the copies are no odd runs.
+    monday, friday = rows_of_day(0.0, 1), rows_of_day(0.0, 2)
     names = [tmp_path / "mon.csv", tmp_path / "fri.csv"]
     names[0].write_bytes(file(monday, "# observer: A", "# tachometer: follows"))
     names[1].write_bytes(file([*friday, *monday[2:7]], "# tachometer: follows"))
     done = CliRunner().invoke(app, ["check", *map(str, names), "--together"])
     lines = re.findall(r"rows mon\.csv!(\d+) and fri\.csv!(\d+)", done.output)
-    assert lines == [(str(6 + row), str(12 + row)) for row in range(5)]
+    assert lines == [(str(7 + row), str(13 + row)) for row in range(5)]
 
 
 def test_the_command_writes_table_figure_and_json(tmp_path: Path) -> None:
@@ -310,7 +315,7 @@ def test_days_of_rates_have_their_m0() -> None:
         for row in rows_of_day(m0, 5, press=0.02):
             mass, position, spin, time, _ = row.split(",")
             rows.append(f"{day},{mass},{position},{spin},{60 / float(time):.4f}")
-    head = "day,mass [g],position [cm],spin [rpm],precession_rate [rpm]"
+    head = f"{MOTION}\nday,mass [g],position [cm],spin [rpm],precession_rate [rpm]"
     analysis = gyrodata.analyze("\n".join([head, *rows, ""]).encode(), name="log.csv")
     found = [block.residual_torque.value for block in analysis.blocks]
     assert found == pytest.approx(BALANCES, abs=5e-4)

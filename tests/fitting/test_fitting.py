@@ -16,6 +16,7 @@ from simulated_labs import INERTIA, G, analyze_briefly, lab
 import gyrodata
 from gyrodata.fitting import AS_STATED, TEXTBOOK, NoFit, fit
 from gyrodata.measurements import Measurements
+from gyrodata.results import FittedLog
 
 
 def latent_least_squares(measured: Measurements) -> tuple[float, float]:
@@ -72,11 +73,7 @@ def test_agrees_with_least_squares_in_all_true_readings(seed: int) -> None:
 @pytest.mark.parametrize(
     ("repeats", "weights", "close"),
     # Where M0 is hardly told, u is 5 % of I_zz, and nothing is linear.
-    [
-        (2, (0.02, 0.04, 0.06), 0.05),
-        (1, (0.02, 0.04, 0.06), 0.05),
-        (3, (0.1, 0.12), 0.45),
-    ],
+    [(1, (0.02, 0.04, 0.06), 0.05), (3, (0.1, 0.12), 0.45)],
 )
 def test_agrees_with_the_posterior_by_plain_integration(
     repeats: int, weights: tuple[float, ...], close: float
@@ -112,7 +109,7 @@ def test_agrees_with_the_posterior_by_plain_integration(
         lever * inertias[:, None, None] / (measured.torque + imbalances[:, None])
     )
     residual = measured.time - predicted
-    for factor in np.exp(np.linspace(math.log(0.15), math.log(12), 80)):
+    for factor in np.exp(np.linspace(math.log(0.15), math.log(12), 40)):
         covariance = shared + factor**2 * np.diag(
             time.absolute**2 + (spin.relative * at) ** 2
         )
@@ -184,7 +181,7 @@ def test_few_exact_runs_give_the_truth_and_a_wide_u(
 def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
     random = np.random.default_rng(8)
     short = []
-    for _ in range(30):
+    for _ in range(15):
         with suppress(NoFit):
             short.append(
                 fit(
@@ -192,7 +189,7 @@ def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
                 ).inertia
             )
     # If the times are mostly error, some labs have no answer.
-    assert len(short) > 22
+    assert len(short) > 10
     assert all(
         0.2 * INERTIA < one.value < 3 * INERTIA and math.isfinite(one.u)
         for one in short
@@ -201,8 +198,8 @@ def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
 
 @pytest.mark.slow
 def test_a_balance_test_that_says_nothing_or_is_false_changes_nothing() -> None:
-    def tested(imbalance: float, line: str) -> gyrodata.Analysis:
-        return gyrodata.analyze(
+    def tested(imbalance: float, line: str) -> FittedLog:
+        return analyze_briefly(
             write(draw(Bench(imbalance=imbalance), 3), line).encode()
         )
 
@@ -228,7 +225,8 @@ def test_a_balance_test_that_says_nothing_or_is_false_changes_nothing() -> None:
 
 def odd_runs(table: Table, lines: str = "") -> list[tuple[int, str]]:
     """Flagged runs of a typed log, counted from 0, and the first reason that is given."""
-    runs = analyze_briefly(write(table, lines).encode()).run_table
+    log = write(table, f"# motion: steady\n{lines}")
+    runs = analyze_briefly(log.encode()).run_table
     return [
         (int(run.run) - 1, run.reason.partition("; or ")[0])
         for run in runs
@@ -238,15 +236,15 @@ def odd_runs(table: Table, lines: str = "") -> list[tuple[int, str]]:
 
 @pytest.mark.slow
 def test_clean_labs_have_no_odd_run() -> None:
-    assert [odd_runs(draw(Bench(imbalance=0.02), seed)) for seed in range(30)] == [
+    assert [odd_runs(draw(Bench(imbalance=0.02), seed)) for seed in range(20)] == [
         []
-    ] * 30
+    ] * 20
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("masses", [(20, 40, 60), (20, 60)], ids=str)
 def test_one_wrong_count_is_named_with_the_right_one(masses: tuple[int, ...]) -> None:
-    for wrong in range(0, 3 * len(masses), 2):
+    for wrong in range(0, 3 * len(masses), 4):
         table = draw(Bench(masses=masses), wrong)
         table.turns[wrong] = "2"
         # A large M0 would make two good runs odd in its place.
@@ -254,8 +252,7 @@ def test_one_wrong_count_is_named_with_the_right_one(masses: tuple[int, ...]) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("true", ["1/3", "2/3", "3"])
-@pytest.mark.parametrize("written", ["1", "7"])
+@pytest.mark.parametrize(("true", "written"), [("1/3", "1"), ("2/3", "7"), ("3", "1")])
 def test_each_likely_count_is_found(true: str, written: str) -> None:
     table = draw(Bench(hand=0.02), 4)
     table.turns[:] = written
@@ -266,7 +263,7 @@ def test_each_likely_count_is_found(true: str, written: str) -> None:
     ]
 
 
-def without(table: Table, run: int, lines: str = "") -> gyrodata.Analysis:
+def without(table: Table, run: int, lines: str) -> FittedLog:
     return analyze_briefly(
         write(Table(*(np.delete(column, run) for column in table)), lines).encode()
     )
@@ -280,7 +277,7 @@ def without(table: Table, run: int, lines: str = "") -> gyrodata.Analysis:
 )
 def test_influence_is_what_leaving_the_run_out_does(lines: str, close: float) -> None:
     table = draw(Bench(repeats=2), 12)
-    whole = gyrodata.analyze(write(table, lines).encode())
+    whole = analyze_briefly(write(table, lines).encode())
     for run in (0, 7, 17):
         changed = without(table, run, lines).inertia.value - whole.inertia.value
         assert whole.run_table[run].influence == pytest.approx(
@@ -301,10 +298,12 @@ def test_influence_is_what_leaving_the_run_out_does(lines: str, close: float) ->
 )
 def test_one_more_run_never_raises_the_mean_u(bench: Bench) -> None:
     ratios = []
-    for seed in range(8):
+    steady = "# motion: steady\n"
+    for seed in range(6):
         table = draw(bench, seed)
-        after = analyze_briefly(write(table).encode()).inertia.u
-        ratios.append(after / without(table, seed % len(table.mass)).inertia.u)
+        after = analyze_briefly(write(table, steady).encode()).inertia.u
+        before = without(table, seed % len(table.mass), steady).inertia.u
+        ratios.append(after / before)
     assert np.mean(ratios) < 1.01
 
 

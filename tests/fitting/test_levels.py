@@ -158,7 +158,7 @@ def test_the_weight_that_differs_is_named() -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_weight_without_which_the_others_agree_is_named() -> None:
     named = 0
-    for seed, odd in product(range(2), range(4)):
+    for seed, odd in product(range(1), range(4)):
         masses = (15, 25, 40, 60)
         log = lab(seed, masses, off={odd: 0.15})
         said = re.search("without (.*) g at .* the others agree", finding(fitted(log)))
@@ -281,7 +281,7 @@ def test_two_weights_cannot_see_it_but_u_contains_it() -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_a_lab_as_assumed_pays_little() -> None:
     ratios = []
-    for seed in range(8):
+    for seed in range(5):
         log = lab(seed)
         silent, untouched = fitted(log), fitted(log, "# balance: untouched")
         ratios.append(half(silent) / half(untouched))
@@ -297,7 +297,7 @@ def test_a_lab_as_assumed_pays_little() -> None:
 def test_the_interval_contains_the_truth_if_the_balance_differs(
     masses: tuple[float, ...], differs: float
 ) -> None:
-    inside = [contains(fitted(lab(seed, masses, differs))) for seed in range(8)]
+    inside = [contains(fitted(lab(seed, masses, differs))) for seed in range(5)]
     assert np.mean(inside) >= 0.8
 
 

@@ -103,7 +103,7 @@ def test_rough_bench_costs_nothing_once_it_is_told(tmp_path: Path) -> None:
             constancy(one)["points"] < 1 for one in document["students"].values()
         )
 
-    students = [draw(i, 2, replace(USUAL, hand=0.3)) for i in range(20)]
+    students = [draw(i, 2, replace(USUAL, hand=0.3)) for i in range(10)]
     logs = {
         f"{one.stem}_lab.csv": one.log(reported_line(*one.answer())) for one in students
     }
@@ -117,16 +117,16 @@ def test_rough_bench_costs_nothing_once_it_is_told(tmp_path: Path) -> None:
     usual, stated, by_class = (
         grade(logs, "--rubric", tmp_path / name) for name in rubrics
     )
-    assert (lost(stated), lost(by_class), lost(usual) >= 4) == (0, 0, True)
+    assert (lost(stated), lost(by_class), lost(usual) >= 2) == (0, 0, True)
     assert (
         usual["scatters"],
         stated["scatters"],
         by_class["scatters"]["all"]["logs"],
-    ) == ({}, {}, 20)
+    ) == ({}, {}, 10)
     factor = by_class["scatters"]["all"]["factor"]
     assert 1.7 < factor < 3
     told = constancy(next(iter(by_class["students"].values())))["reason"]
-    assert f"{factor:.2g} times as large: the 20 logs of the class scatter" in told
+    assert f"{factor:.2g} times as large: the 10 logs of the class scatter" in told
 
 
 def test_scatter_of_a_class_is_recovered() -> None:

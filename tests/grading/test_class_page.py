@@ -64,7 +64,7 @@ class Lab:
 
     def __init__(self, home: Path, files: Mapping[str, str | bytes]) -> None:
         self.root, self.out = make_folder(home / "class", files), home / "grades"
-        self.options: tuple[str, ...] = ("--workers", "1")
+        self.options: tuple[str, ...] = ("--workers", "0")
 
     def grade(self) -> Result:
         done = CliRunner().invoke(

@@ -4,6 +4,7 @@ given to another student.
 
 import csv
 import json
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -68,21 +69,20 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 
 @pytest.mark.slow
 def test_correct_answer_with_wrong_header_keeps_17_points() -> None:
-    logs, words = honest(30, 3), list(HEADERS.values())
-    for i in range(15):
-        right, wrong, _ = words[i % 5]
+    logs, words = honest(10, 3), list(HEADERS.values())
+    for i, (right, wrong, _) in enumerate(words):
         student = draw(200 + i, 3)
         logs[student] = answered(student, i=i, titles=TITLES.replace(right, wrong))
     found = graded(logs)
-    assert [one["points"] for one in found[30:] if (one["points"] or 0) < 17] == []
+    assert [one["points"] for one in found[10:] if (one["points"] or 0) < 17] == []
     assert [
         reason(one, "log")
-        for i, one in enumerate(found[30:])
-        if words[i % 5][2] not in reason(one, "log")
+        for (_, _, name), one in zip(words, found[10:], strict=True)
+        if name not in reason(one, "log")
     ] == []
-    assert [one["look"] for one in found[:30] if one["look"]] == []
+    assert [one["look"] for one in found[:10] if one["look"]] == []
     hints = {
-        told["hint"] for told in found[30]["diagnostics"] if told["code"] == "G776"
+        told["hint"] for told in found[10]["diagnostics"] if told["code"] == "G776"
     }
     assert hints == {'write the header as "mass [g]"'}
 
@@ -97,7 +97,7 @@ def from_surface(student: Student) -> Student:
 @pytest.mark.slow
 @pytest.mark.parametrize("where", ["arithmetic", "log"])
 def test_arm_from_surface_is_named_for_nine_of_ten(where: str) -> None:
-    logs = honest(40, 6, BALL)
+    logs = honest(20, 6, BALL)
     for i in range(10):
         student = draw(200 + i, 6)
         rows = student if where == "arithmetic" else from_surface(student)
@@ -108,12 +108,12 @@ def test_arm_from_surface_is_named_for_nine_of_ten(where: str) -> None:
         str((one["slips"], one["look"], reason(one, "reference")))
         for one in graded(logs)
     ]
-    assert sum("from the ball's surface" in words for words in told[40:]) >= 9
-    assert [words for words in told[:40] if "surface" in words] == []
+    assert sum("from the ball's surface" in words for words in told[20:]) >= 9
+    assert [words for words in told[:20] if "surface" in words] == []
     if where == "log":
         assert all(
             "one mistake in the log that would explain this factor" in words
-            for words in told[40:]
+            for words in told[20:]
         )
 
 
@@ -123,8 +123,9 @@ def test_report_folder_of_gyro_is_not_a_student(tmp_path: Path) -> None:
         tmp_path / "class",
         dict.fromkeys(["ann/lab.csv", "bob/lab.csv"], answered(draw(1, 10))),
     )
-    for report in (root / "ann" / "lab-report", root / "other-report"):
-        assert gyro("analyze", root / "ann" / "lab.csv", "-o", report).exit_code == 0
+    report = root / "ann" / "lab-report"
+    assert gyro("analyze", root / "ann" / "lab.csv", "-o", report).exit_code == 0
+    shutil.copytree(report, root / "other-report")
     gyro("grade", root, "-o", tmp_path / "out")
     assert [row["student"] for row in rows_of(tmp_path / "out" / "grades.csv")[1:]] == [
         "ann",
@@ -210,7 +211,7 @@ class Room:
 @pytest.fixture
 def room(tmp_path: Path) -> Room:
     """A class with copies and one student without an answer."""
-    students, _ = plant([draw(i, 12) for i in range(25)], 12, 1)
+    students, _ = plant([draw(i, 12) for i in range(16)], 12, 1)
     return Room(
         tmp_path,
         {**with_answer(students), f"{draw(900, 12).stem}_lab.csv": draw(900, 12).log()},

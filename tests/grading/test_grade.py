@@ -251,7 +251,7 @@ def test_value_without_a_known_mistake_is_not_reasonable() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_random_times_with_correct_value_need_a_look(seed: int) -> None:
     rows = replace(ROWS, time=np.random.default_rng(seed).uniform(2, 30, 9).round(2))
     found = grade(rows.log(reported_line(VALUE, U)))

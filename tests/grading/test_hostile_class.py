@@ -40,13 +40,9 @@ def bombs() -> dict[str, dict[str, bytes | str]]:
         "mimetype": "application/vnd.oasis.opendocument.spreadsheet",
         "content.xml": SPREADSHEET.format(ROW),
     }
-    inner = packed({"lab.csv": b"0" * 20_000_000})
-    names = {f"{number:05}{'n' * 40}": b"" for number in range(20_000)}
+    names = {f"{number:05}{'n' * 40}": b"" for number in range(4_000)}
     return {
         "x_cells": {"lab.ods": packed(cells)},
-        "x_zips": {
-            "lab.zip": packed({f"{number}.zip": inner for number in range(300)})
-        },
         "x_names": {"lab.zip": packed(names)},
         "x_list": {"lab.json": "[" * 2000},
         "x_object": {"lab.json": '{"a":' * 2000},
@@ -97,7 +93,7 @@ def test_hostile_submissions_cost_nobody_else_anything(
         for name, data in files.items()
     }
     done, rows = graded(
-        make_folder(tmp_path / "class", {**GOOD, **hostile}), "--timeout", "3"
+        make_folder(tmp_path / "class", {**GOOD, **hostile}), "--timeout", "2"
     )
     assert done.exit_code == 1
     for student in ("s0", "s1", "s2", "s3"):
@@ -106,7 +102,6 @@ def test_hostile_submissions_cost_nobody_else_anything(
     for student, files in bombs().items():
         assert (rows[student]["status"], rows[student]["total"]) == ("not graded", "")
         why = rows[student]["why_not_graded"]
-        # A fast machine lists all files of `x_names` before the time is over.
         beginnings = ("the log cannot be", "no log: only 00000nnn")
         assert any(name in why for name in files) or why.startswith(beginnings), why
         assert len(why) < 1000
@@ -114,10 +109,10 @@ def test_hostile_submissions_cost_nobody_else_anything(
     for student in bombs():
         if student != "x_markup":
             shutil.rmtree(tmp_path / "class" / student)
-    again, _ = graded(tmp_path / "class", "--timeout", "3")
+    again, _ = graded(tmp_path / "class", "--timeout", "1")
     assert "(new)" not in again.stderr
     assert (
-        "lost last time: the file lab.docx: it took over 3 s): x_markup\n"
+        "lost last time: the file lab.docx: it took over 2 s): x_markup\n"
         in again.stderr
     )
 
@@ -131,7 +126,7 @@ def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(
     files = {"doeann_1_2_lab.csv": a_log(1), "roebob_3_4_lab.zip": bomb}
     files["poecy_5_6_lab.zip"] = packed({"lab.csv": a_log(2)})
     (tmp_path / "class.zip").write_bytes(packed(files))
-    done, rows = graded(tmp_path / "class.zip", "--timeout", "3")
+    done, rows = graded(tmp_path / "class.zip", "--timeout", "2")
     assert done.exit_code == 1
     assert [rows[student]["total"] for student in ("1", "3", "5")] == [
         "20.00",

@@ -7,6 +7,7 @@ import json
 import zipfile
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -398,6 +399,8 @@ WIDE = {
     "spin": "60 rpm",
 }
 
+BALANCES = ["", "# balance: touched\n", "# balance: untouched\n"]
+
 WIDENING = (
     *(
         "precession_rate",
@@ -412,14 +415,14 @@ WIDENING = (
 )
 
 
-@pytest.fixture(scope="module", params=["", "# balance: touched\n"])
-def stated(request: pytest.FixtureRequest) -> dict[str, Any]:
+@pytest.fixture(scope="module")
+def stated() -> dict[str, Any]:
     """The grades of wrong answers, from logs without and with a statement for each
-    source of error, and of the balance.
+    source of error, and every other one of the balance.
     """
     files: dict[str, str | bytes] = {}
-    for key in SOURCES:
-        log = request.param + BY_SOURCE.get(key, STUDENT.log())
+    for key, balance in zip(SOURCES, cycle(BALANCES[:2])):
+        log = f"# motion: steady\n{balance}{BY_SOURCE.get(key, STUDENT.log())}"
         files |= {
             f"{key}-plain/lab.csv": f"{OFF}\n{log}",
             f"{key}-wide/lab.csv": f"# u_{key}: {WIDE[key]}\n{OFF}\n{log}",
@@ -501,7 +504,7 @@ def with_days(factors: Callable[[int], float], day: Callable[[int], str]) -> str
         ",".join([*row[:3], f"{float(row[3]) * factors(at):.2f}", row[4], day(at)])
         for at, row in enumerate(cells)
     ]
-    return "\n".join([f"{TITLES},day", *lines]) + "\n"
+    return "\n".join(["# motion: steady", f"{TITLES},day", *lines]) + "\n"
 
 
 CLASS: dict[str, str | bytes] = {
@@ -540,7 +543,7 @@ def test_log_written_to_fit_a_wrong_answer_is_a_question(log: str) -> None:
 def test_days_make_no_wrong_answer_right() -> None:
     """The weights contradict each other, unless each has a day of its own."""
     by_weight = (1.3, 0.8, 1.0)
-    answers = [reported_line(f * OWN, 0.012 * OWN) for f in (0.85, 0.95, 1.1, 1.2)]
+    answers = [reported_line(f * OWN, 0.012 * OWN) for f in (0.85, 1.1)]
     files: dict[str, str | bytes] = {}
     for number, answer in enumerate(answers):
         for name, days in (("plain", 9), ("days", 3)):
@@ -710,7 +713,7 @@ SAMPLES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", SAMPLES[::3])
 def test_copy_of_an_example_is_flagged(name: str) -> None:
     text = (make_examples.ROOT / name).read_text(encoding="utf-8")
     rows = [line for line in text.splitlines(keepends=True) if "imulated" not in line]
@@ -723,7 +726,7 @@ def test_copy_of_an_example_is_flagged(name: str) -> None:
 def test_honest_classes_do_not_look_like_examples() -> None:
     for step in (1, 5, 10):
         students = [
-            draw(i, 31, replace(USUAL, rpm_step=step, decimals=1)) for i in range(15)
+            draw(i, 31, replace(USUAL, rpm_step=step, decimals=1)) for i in range(8)
         ]
         flags = grade(
             {f"s{one.number}/lab.csv": one.log() for one in students}, "--lms", "folder"
@@ -746,12 +749,10 @@ def answered(*texts: str) -> list[dict[str, Any]]:
     return list(grade(files, "--lms", "folder")["students"].values())
 
 
-BALANCES = ["", "# balance: touched\n", "# balance: untouched\n"]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("balance", BALANCES)
-@pytest.mark.parametrize("factor", [0.6, 0.88, 0.9, 1.12, 1.3])
+@pytest.mark.parametrize(
+    ("factor", "balance"), zip([0.6, 0.88, 0.9, 1.12, 1.3], cycle(BALANCES))
+)
 def test_fewer_digits_never_give_more_points(factor: float, balance: str) -> None:
     """The answers have one digit, of runs with an I_zz that is off by this factor."""
     rows = replace(STUDENT.rows, mass=STUDENT.rows.mass * 0.005 / OWN / factor)
@@ -768,8 +769,9 @@ def test_fewer_digits_never_give_more_points(factor: float, balance: str) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("balance", BALANCES)
-@pytest.mark.parametrize("factor", [0.1, 0.5, 2.0, 9.803, 60.0, 1000.0])
+@pytest.mark.parametrize(
+    ("factor", "balance"), zip([0.1, 0.5, 2.0, 9.803, 60.0, 1000.0], cycle(BALANCES))
+)
 def test_no_mistake_is_named_for_one_digit(factor: float, balance: str) -> None:
     """An answer of one digit agrees with many mistakes by chance."""
     power = int(np.floor(np.log10(factor * OWN)))
@@ -821,7 +823,7 @@ def test_mistake_without_a_name_costs_points_once() -> None:
 @pytest.mark.slow
 def test_answers_at_random_get_no_points_without_a_question() -> None:
     random, texts = np.random.default_rng(8), []
-    for value in 10 ** random.uniform(-6, 2, 60):
+    for value in 10 ** random.uniform(-6, 2, 30):
         power = int(np.floor(np.log10(value)))
         texts.append(
             f"{value / 10.0**power:.2f}e{power} ± {0.0135 * value / 10.0**power:.2f}e{power}"

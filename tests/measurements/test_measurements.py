@@ -597,9 +597,7 @@ def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
                 for key in keys
             )
             lines = "".join(f"# {key}: {u}\n" for key, u in zip(keys, us, strict=True))
-            a = analyze_briefly(
-                (lines + log).encode(), "steady" if "pitch" in log else "auto"
-            )
+            a = analyze_briefly((lines + log).encode(), "steady")
             ball = compare_with_ball(
                 a.fit.inertia, a.readings.constants, a.readings.uncertainties
             )

@@ -148,7 +148,7 @@ def test_the_time_of_an_angle_agrees_with_the_series(
 ) -> None:
     top = Top(inertia=INERTIA, transverse_inertia=TRANSVERSE, torque=torque)
     sense = math.copysign(1.0, torque * spin)
-    angles = sense * np.array([1e-3, 1.0, 2.0, 3.0])
+    angles = sense * np.array([1e-3, 3.0])
     times = time_to_turn(top, spin, pitch, angles)
     assert (np.diff(times) > 0).all()
     for angle, time in zip(angles, times, strict=True):

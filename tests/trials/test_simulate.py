@@ -238,14 +238,14 @@ def test_three_spin_readings_find_any_law_of_decay() -> None:
 def test_errors_have_the_stated_size_and_are_shared(
     key: str, role: str, within: int
 ) -> None:
-    """A share of 1 % of one weight, timed 300 times: each reading has its own error, or
+    """A share of 1 % of one weight, timed 100 times: each reading has its own error, or
     all have one.
     """
     wide = Uncertainty(0.0015) if role == "position" else Uncertainty(0.0, 0.01)
     spread, common = [], []
-    for seed in range(12):
+    for seed in range(6):
         done = simulate(
-            Truth(timing_bias=0.0), replace(ONE, repeats=300), {key: wide}, seed
+            Truth(timing_bias=0.0), replace(ONE, repeats=100), {key: wide}, seed
         )
         share = (
             np.array(read_log(done.log).columns[role].values) / getattr(done.runs, role)
@@ -255,7 +255,7 @@ def test_errors_have_the_stated_size_and_are_shared(
         common.append(share.mean())
     assert np.mean(spread) == pytest.approx(0.01 * within, rel=0.1, abs=1e-9)
     assert np.std(common) == pytest.approx(
-        0.01 / (math.sqrt(300) if within else 1), rel=0.6
+        0.01 / (math.sqrt(100) if within else 1), rel=0.6
     )
 
 

@@ -293,6 +293,14 @@ def test_rubric_of_percents_and_files_is_followed() -> None:
     assert "850 % from" in mark_of(found, "reference")[1]
 
 
+def test_percent_is_that_of_the_answer_without_its_named_mistake() -> None:
+    rubric = read_rubric(PLAIN.encode())
+    twice = 30 / np.pi  # rpm turned into rad/s twice
+    found = grade(says(f"{twice * 4.44e-3:.6e} kg m^2"), rubric)
+    assert points(found)["own"] == 2
+    assert "turned from rpm into rad/s twice" in mark_of(found, "own")[1]
+
+
 def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
     late = "[late]\nbeyond = '100 %'\n[[late.tier]]\nuntil = '1 day'\ndeduct = '10 %'\n"
     rubric = read_rubric((STATED + late).encode())

@@ -419,3 +419,28 @@ def test_seconds_below_ms_are_proposed_although_a_time_is_short() -> None:
 )
 def test_an_answer_in_a_line_of_text_changes_no_reading(line: str) -> None:
     assert diagnostics(f"{line}\n{PLAIN}", "G240") == []
+
+
+def test_run_in_which_the_rod_did_not_move_is_kept_in_the_fixed_log() -> None:
+    lines = log(f"{START},turns,notes", f"{FOUR},{{turns}},").splitlines()
+    lines.append("0,15.0,400,60.0,0,rod at rest")
+    before = read_log("\n".join(lines).encode())
+    text, left = fixed_log(before)
+    again = read_log(text.encode())
+    assert left == ()
+    assert before.unmoved is not None
+    assert again.unmoved is not None
+    assert again.unmoved.notes == before.unmoved.notes == ("rod at rest",)
+    assert again.runs == before.runs
+    assert again.columns["time"].values == before.columns["time"].values
+
+
+def test_column_with_one_day_is_a_statement_about_the_log() -> None:
+    lines = log(f"{START},turns,date", f"{FOUR},{{turns}},2026-03-09").splitlines()
+    one = read_log("\n".join(lines).encode())
+    assert one.metadata["day"] == "2026-03-09"
+    assert one.blocks == ()
+    lines[-4:] = [line.replace("03-09", "03-10") for line in lines[-4:]]
+    two = read_log("\n".join(lines).encode())
+    assert "day" not in two.metadata
+    assert set(two.blocks) == {"2026-03-09", "2026-03-10"}

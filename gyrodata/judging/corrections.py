@@ -373,18 +373,20 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
 def _other_digits(number: str) -> Iterator[tuple[str, str, str]]:
     """List the numbers whose digits may be mistyped like this, as `_guesses`.
 
-    Exchanged digits that begin with 0 are left out.
+    Exchanged digits that begin with 0 are left out, if no point follows it.
     """
     digits = [at for at, sign in enumerate(number) if sign.isdigit()]
     for first, second in pairwise(digits):
         signs = [*number]
         signs[first] = number[second]
         signs[second] = number[first]
+        new = "".join(signs)
+        unsigned = new[digits[0] :]
         if number[first] == number[first + 1]:
             single = number[:first] + number[second:]
             yield "doubled digit", single, "is a digit doubled?"
-        elif signs[digits[0]] != "0":
-            yield "digits", "".join(signs), "are two digits exchanged?"
+        elif unsigned[0] != "0" or unsigned.startswith("0."):
+            yield "digits", new, "are two digits exchanged?"
     whole, point, _ = number.partition(".")
     # A digit missing behind a whole number is a misplaced point.
     ends = len(whole + point) if whole.isdigit() else 0

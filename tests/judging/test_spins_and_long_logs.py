@@ -1,5 +1,5 @@
-"""A wrong digit in one of two spins of a run is named, and an odd run of a long log is
-found with little work.
+"""A wrong digit in one of two spins of a run, or of a number below one, is named, and an
+odd run of a long log is found with little work.
 """
 
 from __future__ import annotations
@@ -78,6 +78,29 @@ def test_wrong_digit_of_a_period_of_the_ball_is_named() -> None:
     rows[4][2] = "1.546"
     found = analyze_briefly(written(rows, "spin_period_{} [s]"))
     assert "spin period end 0.1546 s would fit" in found.run_table[4].reason
+
+
+SMALL = {"mass": 0, "position": 1, "spin_period": 2, "precession_rate": 3}
+
+
+@pytest.mark.parametrize("role", SMALL)
+def test_exchanged_digits_of_a_number_below_one_are_named(role: str) -> None:
+    rows = []
+    for mass in (20, 40, 60):
+        for rpm in (210, 400, 640):
+            rate = math.tau / time_of_turn(mass, rpm)
+            period = math.tau / (rpm * RPM)
+            rows.append(
+                [f"{mass / 1e3 + 2e-4}", "0.1500", f"{period:.5f}", f"{rate:.4f}"]
+            )
+    cell = rows[4][SMALL[role]]
+    typed = cell[:3] + cell[4] + cell[3] + cell[5:]
+    rows[4][SMALL[role]] = typed
+    head = "mass [kg],position [m],spin_period [s],precession_rate [rad/s]\n"
+    found = analyze_briefly(head + "".join(",".join(row) + "\n" for row in rows))
+    assert [run.run for run in found.run_table if run.left_out] == ["5"]
+    words = f"{role.replace('_', ' ')} {cell} "
+    assert words in found.run_table[4].reason
 
 
 @pytest.mark.parametrize("fall", [0.03, 0.3, 0.7])

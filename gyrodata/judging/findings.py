@@ -96,9 +96,9 @@ def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
     timing = timing_column(readings.columns)
     # "spin start 420 rpm would fit" is about the column spin_start, "position 15.4 cm
     # would fit" about the position, and "fits 2 turns" about the turns or the angle.
-    first, _, rest = "".join(outlier.cells[:1]).partition(" ")
-    names = [f"{first}_{rest.partition(' ')[0]}", first]
-    if first == "fits":
+    words = "".join(outlier.cells[:1]).split()
+    names = ["_".join(words[:count]) for count in (3, 2, 1)]
+    if words[:1] == ["fits"]:
         names = ["turns", "angle"]
     for name in names:
         column = readings.columns.get(name, timing)
@@ -117,12 +117,13 @@ remaining scatter of the runs."""
 
 def _causes_of_scatter(lab: JudgedLab) -> str:
     """Name the runs that were perhaps stopped late."""
-    if not lab.fit.late:
+    late = lab.fit.late
+    if not late:
         return ""
+    them = "it" if len(late) == 1 else "them"
     return (
-        f"the clock of {lab.measured.run_words(lab.fit.late)} "
-        f"was perhaps stopped late, "
-        f"and the answer hardly depends on them: repeat them; "
+        f"the clock of {lab.measured.run_words(late)} was perhaps stopped late, "
+        f"and the answer hardly depends on {them}: repeat {them}; "
     )
 
 

@@ -78,6 +78,8 @@ def test_wrong_digit_of_a_period_of_the_ball_is_named() -> None:
     rows[4][2] = "1.546"
     found = analyze_briefly(written(rows, "spin_period_{} [s]"))
     assert "spin period end 0.1546 s would fit" in found.run_table[4].reason
+    (outlier,) = (one for one in found.diagnostics if one.code == "G410")
+    assert outlier.excerpt[(outlier.column or 1) - 1 :].startswith("1.546,")
 
 
 SMALL = {"mass": 0, "position": 1, "spin_period": 2, "precession_rate": 3}

@@ -238,6 +238,9 @@ def test_a_finding_has_its_place_in_its_own_log() -> None:
     lines = [found.line for found in analysis.diagnostics if found.line]
     assert 7 in lines
     assert max(lines) <= 11
+    columns = [found.column for found in analysis.diagnostics if found.line == 7]
+    # The mistaken cell is the fourth one.
+    assert 1 + len(",".join(mistaken[:3])) + 1 in columns
     assert analysis.run_table[-1].line == 11
 
 

@@ -293,6 +293,16 @@ def test_rubric_of_percents_and_files_is_followed() -> None:
     assert "850 % from" in mark_of(found, "reference")[1]
 
 
+@pytest.mark.parametrize(
+    ("factor", "words"), [(1.1, "8 u away"), (5.3, ": yours is 5.31 times that")]
+)
+def test_distance_of_a_wrong_answer_is_in_u_or_a_factor(
+    factor: float, words: str
+) -> None:
+    found = grade(says(f"{factor * 4.44e-3:.4e} kg m^2"))
+    assert mark_of(found, "inertia")[1].endswith(words)
+
+
 def test_percent_is_that_of_the_answer_without_its_named_mistake() -> None:
     rubric = read_rubric(PLAIN.encode())
     twice = 30 / np.pi  # rpm turned into rad/s twice

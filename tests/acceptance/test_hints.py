@@ -20,7 +20,9 @@ import gyrodata
 from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import Diagnostic, GyroError
 
-GOOD = lab().text().replace("# ball_mass: 4.3 kg\n# ball_diameter: 10.16 cm\n", "")
+GOOD = lab().text()
+for statement in "motion: steady", "ball_mass: 4.3 kg", "ball_diameter: 10.16 cm":
+    GOOD = GOOD.replace(f"# {statement}\n", "")
 LINES = GOOD.splitlines()
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
 ROW = LINES[4]

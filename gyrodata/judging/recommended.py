@@ -89,11 +89,14 @@ def recommend(
         fit = None
         with suppress(NoFit):
             fit = fitting.fit(runs, tilted=tilted)
-        outliers = _with_spin_jumps(runs, outliers)
         diagnosis = Diagnosis()
         agrees = _agrees(fit, outliers)
         if not agrees:
-            diagnosis = explanations.diagnose(readings, runs, tilted, fit, outliers)
+            odd = _with_spin_jumps(runs, outliers)
+            diagnosis = explanations.diagnose(readings, runs, tilted, fit, odd)
+            if not outliers and not diagnosis.explanations:
+                # A ball that slows down much in a long run is not odd.
+                diagnosis = Diagnosis()
         _refuse_wrong_counts(readings, diagnosis.explanations)
         left_out = () if keep_flagged else diagnosis.left_out
         if left_out or fit is None:
@@ -137,17 +140,18 @@ def _screen(
 def _with_spin_jumps(
     measured: Measurements, outliers: Sequence[Outlier]
 ) -> list[Outlier]:
-    """Add the runs in which one of two spins has a wrong digit to the outliers.
+    """Mark the runs in which one of two spins has a wrong digit, if its change is odd.
 
     Nobody knows the mean spin of such a run, so that hardly any time would be far from
-    its prediction.
+    its prediction. Without other outliers, such runs are the first to suspect.
     """
     known = {outlier.index: outlier for outlier in outliers}
     if measured.spin_start is not None and measured.spin_end is not None:
         change = np.abs(np.log(measured.spin_start / measured.spin_end))
         limit = max(SPIN_JUMP, UNLIKE_OTHERS * float(np.median(change)))
         for run in np.flatnonzero(change > limit).tolist():
-            known[run] = Outlier(run, math.inf, slip=True)
+            if run in known or not outliers:
+                known[run] = Outlier(run, math.inf, slip=True)
     return [outlier for _, outlier in sorted(known.items())]
 
 

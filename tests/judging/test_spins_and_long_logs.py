@@ -111,6 +111,18 @@ def test_ball_that_loses_its_spin_in_every_run_is_not_odd(fall: float) -> None:
     assert [run.run for run in found.run_table if run.flagged] == []
 
 
+def test_ball_that_slows_down_in_one_long_run_is_not_odd() -> None:
+    for late, odd in ((0.0, []), (0.3, []), (9.0, ["5"])):
+        rows = two_spins()
+        mean = 600 * 0.6 / -math.log(1 - 0.6)
+        rows[8] = ["60", "600", "240", f"{time_of_turn(60, mean):.2f}"]
+        # Other runs that scatter, or one that is wrong, do not make it odd.
+        rows[1][3] = f"{float(rows[1][3]) - late % 1:.2f}"
+        rows[4][3] = f"{float(rows[4][3]) + late:.2f}"
+        found = analyze_briefly(written(rows))
+        assert [run.run for run in found.run_table if run.flagged] == odd
+
+
 def long_log(count: int) -> str:
     """Write a log with one odd run, the eleventh."""
     random = np.random.default_rng(3)
